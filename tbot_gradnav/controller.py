@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The whole controller: pose, potential, law, limits, command."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tbot_gradnav import shaping
+from tbot_gradnav.laws import LAWS, TOWARDS_GOAL, State
+from tbot_gradnav.potentials import Potential
+from tbot_gradnav.settings import Settings
+from tbot_gradnav.unicycle import Floats, Pose, Twist
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A law on a potential, for one robot or many.
+
+    It keeps no state: the gear is chosen with `gear` when a goal is set and handed back in.
+    """
+
+    settings: Settings
+    potential: Potential
+
+    @classmethod
+    def of(cls, settings: Settings) -> "Controller":
+        """Return the controller that `settings` describe. Raises ParameterError."""
+        return cls(settings, settings.make_potential())
+
+    def command(self, pose: Pose, gear: Floats) -> Twist:
+        """Return the command at `pose` (world frame) in a gear, zero at the goal."""
+        settings = self.settings
+        at = self._state(pose)
+        law = LAWS[settings.law]
+        v, omega = settings.limits(*law(gear * settings.k_v, gear * settings.k_omega, at))
+        driving = ~self.arrived(at.rho)
+        return Twist(np.where(driving, v, 0.0), np.where(driving, omega, 0.0))
+
+    def gear(self, pose: Pose) -> Floats:
+        """Return +1 to keep the signs of the gains, -1 to flip both (Remark IV.4).
+
+        With auto_reverse the robot starts whichever way, forward or backward, is nearer the
+        direction it has to go; exactly abeam it keeps the signs.
+        """
+        if not self.settings.auto_reverse:
+            return np.ones_like(pose.x)
+        at = self._state(pose)
+        if self.settings.law in TOWARDS_GOAL:
+            ahead = -(at.cos_theta * at.cos_alpha + at.sin_theta * at.sin_alpha)
+        else:
+            ahead = -(at.cos_theta * at.cos_gamma + at.sin_theta * at.sin_gamma)
+        return np.where(ahead * np.sign(self.settings.k_v) < 0.0, -1.0, 1.0)
+
+    def distance(self, pose: Pose) -> Floats:
+        """Return rho, the distance to the goal [m]."""
+        goal_x, goal_y = self.settings.world.goal
+        return np.hypot(pose.x - goal_x, pose.y - goal_y)
+
+    def arrived(self, distance: Floats) -> NDArray[np.bool_]:
+        """Return whether a robot at this distance [m] from the goal has arrived."""
+        return np.less_equal(distance, self.settings.xy_goal_tolerance)
+
+    def _state(self, pose: Pose) -> State:
+        settings = self.settings
+        x, y = pose.x - settings.world.goal[0], pose.y - settings.world.goal[1]
+        rho = np.sqrt(x * x + y * y)
+        inverse = 1.0 / np.maximum(rho, 1e-150)
+        mu, cos_gamma, sin_gamma = self.potential(pose.x, pose.y).polar
+        pace = shaping.Pace(abs(settings.k_v), settings.limits.v, settings.deceleration)
+        speed = shaping.SHAPINGS[settings.speed_shaping](pace, rho, mu)
+        return State(
+            pose.cos,
+            pose.sin,
+            rho,
+            x * inverse,
+            y * inverse,
+            speed / pace.k_v,
+            cos_gamma,
+            sin_gamma,
+        )

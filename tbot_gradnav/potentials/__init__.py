@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Potentials by name: the package's own and those that other packages install."""
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.potentials.attractive_repulsive import AttractiveRepulsive
+from tbot_gradnav.potentials.field import Field, Potential
+from tbot_gradnav.potentials.navigation_function import NavigationFunction
+from tbot_gradnav.potentials.quadratic import Quadratic
+
+__all__ = [
+    "GROUP",
+    "AttractiveRepulsive",
+    "Field",
+    "NavigationFunction",
+    "Potential",
+    "Quadratic",
+    "potentials",
+]
+
+GROUP = "tbot_gradnav.potentials"  # entry points of potentials installed by others
+
+
+@cache
+def potentials() -> Mapping[str, type[Potential]]:
+    """Return the class of every potential by its name in a parameter file.
+
+    Raises GradnavError where an installed one is not a subclass of Potential.
+    """
+    own: dict[str, type[Potential]] = {
+        "quadratic": Quadratic,
+        "navigation_function": NavigationFunction,
+        "attractive_repulsive": AttractiveRepulsive,
+    }
+    return own | {entry.name: _load(entry) for entry in entry_points(group=GROUP)}
+
+
+def _load(entry: EntryPoint) -> type[Potential]:
+    where = f"potential {entry.name} ({entry.value})"
+    try:
+        potential = entry.load()
+    except Exception as error:  # whatever another package's import may raise
+        raise GradnavError(f"{where} cannot be imported: {error}") from error
+    if not (isinstance(potential, type) and issubclass(potential, Potential)):
+        raise GradnavError(f"{where} is not a subclass of tbot_gradnav.potentials.Potential")
+    return potential

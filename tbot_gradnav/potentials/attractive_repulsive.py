@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Khatib's attractive-repulsive potential (FIRAS), with Ge and Cui's remedy at the goal."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tbot_gradnav.parameters import Flag, Number, field
+from tbot_gradnav.potentials.field import Field, Potential
+from tbot_gradnav.unicycle import Floats
+from tbot_gradnav.world import TOUCHING
+
+
+@dataclass(frozen=True)
+class AttractiveRepulsive(Potential):
+    """U = k_a rho^2 / 2 + sum of k_r (1/d_i - 1/d_0)^2 / 2 over the obstacles with d_i < d_0.
+
+    With goal_scaled the repulsive terms are multiplied by rho^2, which keeps the minimum at the
+    goal when an obstacle is within d_0 of it. Khatib, Int. J. Robotics Research 5(1), 1986;
+    Ge and Cui, IEEE Trans. Robotics and Automation 16(5), 2000.
+    """
+
+    k_attractive: float = field(1.0, Number("k_a, weight of the attraction", "1/s", above=0.0))
+    k_repulsive: float = field(0.01, Number("k_r, weight of the repulsion", above=0.0))
+    influence_distance: float = field(
+        0.4, Number("d_0, how near an obstacle must be to repel", "m", above=0.0)
+    )
+    goal_scaled: bool = field(True, Flag("multiply the repulsion by rho^2 (Ge and Cui)"))
+
+    def __call__(self, x: Floats, y: Floats) -> Field:
+        """Return U and its gradient at (x, y)."""
+        dx, dy = x - self.world.goal[0], y - self.world.goal[1]
+        rho2 = dx * dx + dy * dy
+        d, n_x, n_y = self.world.distances(x, y)
+        inverse = 1.0 / np.maximum(d, TOUCHING)
+        excess = np.maximum(inverse - 1.0 / self.influence_distance, 0.0)
+        push = -self.k_repulsive * excess * inverse * inverse
+        repulsion = 0.5 * self.k_repulsive * (excess * excess).sum(axis=0)
+        push_x, push_y = (push * n_x).sum(axis=0), (push * n_y).sum(axis=0)
+        weight, pull = (
+            (rho2, self.k_attractive + 2.0 * repulsion)
+            if self.goal_scaled
+            else (1.0, self.k_attractive)
+        )
+        return Field(
+            phi=0.5 * self.k_attractive * rho2 + weight * repulsion,
+            g_x=pull * dx + weight * push_x,
+            g_y=pull * dy + weight * push_y,
+        )

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a potential is and what it returns."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from tbot_gradnav.parameters import Checked
+from tbot_gradnav.unicycle import Floats
+from tbot_gradnav.world import World
+
+
+class Field(NamedTuple):
+    """Value and gradient of a potential at some points.
+
+    The gradient is scale * (g_x, g_y) with scale > 0. A potential whose gradient may be too
+    small for a float, though its direction is well defined, keeps the two apart.
+    """
+
+    phi: Floats
+    g_x: Floats
+    g_y: Floats
+    scale: Floats = 1.0
+
+    @property
+    def gradient(self) -> tuple[Floats, Floats]:
+        """The gradient (d phi/dx, d phi/dy) [1/m]."""
+        return self.scale * self.g_x, self.scale * self.g_y
+
+    @property
+    def polar(self) -> tuple[Floats, Floats, Floats]:
+        """The gradient as its norm mu and its unit direction, which is (0, 0) where it vanishes."""
+        norm = np.sqrt(self.g_x * self.g_x + self.g_y * self.g_y)
+        inverse = 1.0 / np.maximum(norm, 1e-150)
+        return self.scale * norm, self.g_x * inverse, self.g_y * inverse
+
+
+@dataclass(frozen=True)
+class Potential(Checked, ABC):
+    """A potential of the robot's position in a world, smooth and least at the goal.
+
+    A subclass is a frozen dataclass too; its further fields are its gains, made with
+    `parameters.field`, and are what a user sets in a parameter file.
+    """
+
+    world: World
+
+    @abstractmethod
+    def __call__(self, x: Floats, y: Floats) -> Field:
+        """Return value and gradient at (x, y) [m] in the world frame; floats or arrays."""

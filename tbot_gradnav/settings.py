@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Everything one parameter file says about control and world."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from tbot_gradnav.errors import ParameterError
+from tbot_gradnav.laws import LAWS
+from tbot_gradnav.limits import Limits
+from tbot_gradnav.parameters import (
+    Checked,
+    Choice,
+    Flag,
+    Names,
+    Number,
+    Numbers,
+    Parameter,
+    build,
+    field,
+    parameters_of,
+    refuse_unknown,
+)
+from tbot_gradnav.potentials import Potential, potentials
+from tbot_gradnav.shaping import SHAPINGS
+from tbot_gradnav.unicycle import Pose
+from tbot_gradnav.world import Boundary, Circle, World
+
+OBSTACLES = "obstacles."
+NAMES = Names("names of the obstacles; each has x, y [m] and radius [m] of its own")
+
+
+@dataclass(frozen=True)
+class Settings(Checked):
+    """Law, gains, potential, world and limits.
+
+    Raises ParameterError for an impossible value or combination, naming the parameter.
+    """
+
+    law: str = field("descent", Choice("control law", tuple(LAWS)))
+    k_v: float = field(0.5, Number("gain of v; k_v, k_omega < 0 drive backward", "1/s"))
+    k_omega: float = field(3.0, Number("gain of omega", "rad/s"))
+    auto_reverse: bool = field(
+        True, Flag("may flip both gains when a goal is set, to start the short way")
+    )
+    speed_shaping: str = field(
+        "brake", Choice("speed along the gradient; none: v = k_v mu", tuple(SHAPINGS))
+    )
+    deceleration: float = field(0.5, Number("deceleration of brake", "m/s^2", above=0.0))
+    potential: str = field("attractive_repulsive", Choice("potential", tuple(potentials())))
+    goal: tuple[float, ...] = field(
+        (), Numbers("x, y of the goal in the world frame; empty: wait for goal_pose", "m", (0, 2))
+    )
+    initial_pose: tuple[float, ...] = field(
+        (0.0, 0.0, 0.0),
+        Numbers("x, y, yaw in the world frame at the first odometry", "m, rad", (3,)),
+    )
+    robot_radius: float = field(
+        0.105, Number("obstacles and boundary are inflated by it", "m", at_least=0.0)
+    )
+    xy_goal_tolerance: float = field(0.05, Number("how near the goal is arrived", "m", above=0.0))
+    limits: Limits = dataclasses.field(default_factory=Limits)
+    boundary: Boundary = dataclasses.field(default_factory=Boundary)
+    obstacles: Mapping[str, Circle] = dataclasses.field(default_factory=dict)
+    potential_gains: Mapping[str, Mapping[str, object]] = dataclasses.field(default_factory=dict)
+
+    @classmethod
+    def of(cls, values: Mapping[str, object]) -> "Settings":
+        """Return the settings that parameters with dotted names describe."""
+        rest = dict(values)
+        obstacles = _take_obstacles(rest)
+        gains = {name: _take_gains(name, rest) for name in potentials()}
+        settings = build(cls, rest, obstacles=obstacles, potential_gains=gains)
+        refuse_unknown(rest, settings_parameters(values))
+        return settings
+
+    def __post_init__(self) -> None:
+        """Check each parameter, then how they go together."""
+        super().__post_init__()
+        self._check_gains()
+        self.world.refuse_occupied("initial_pose", *self.initial_pose[:2])
+        if self.has_goal:
+            self.world.refuse_occupied("goal", *self.goal)
+        self.make_potential()
+
+    @property
+    def has_goal(self) -> bool:
+        """Whether a goal is set."""
+        return len(self.goal) > 0
+
+    @cached_property
+    def world(self) -> World:
+        """The world; while no goal is set, the robot's initial position stands in for it."""
+        goal = self.goal if self.has_goal else self.initial_pose
+        return World((goal[0], goal[1]), self.obstacles, self.boundary, self.robot_radius)
+
+    @property
+    def start(self) -> Pose:
+        """The initial pose xi(0)."""
+        return Pose.at(*self.initial_pose)
+
+    def make_potential(self) -> Potential:
+        """Return the chosen potential in this world."""
+        try:
+            return potentials()[self.potential](
+                self.world, **self.potential_gains.get(self.potential, {})
+            )
+        except ParameterError as error:
+            if error.name in parameters_of(potentials()[self.potential]):
+                raise error.within(self.potential + ".") from error
+            raise
+
+    def _check_gains(self) -> None:
+        """Refuse gains outside the ranges for which the paper proves convergence."""
+        k_v, k_omega = self.k_v, self.k_omega
+        if k_v == 0.0:
+            raise ParameterError("k_v", k_v, "must not be 0")
+        if k_omega * k_v <= 0.0:
+            raise ParameterError("k_omega", k_omega, f"must have the sign of k_v = {k_v:g}")
+        if self.law in ("position", "heading") and abs(k_omega) <= abs(k_v):
+            raise ParameterError(
+                "k_omega",
+                k_omega,
+                f"law {self.law} needs k_omega < k_v < 0 or 0 < k_v < k_omega, and k_v = {k_v:g}",
+            )
+        if self.law == "radial" and k_omega != 2.0 * k_v:
+            raise ParameterError(
+                "k_omega", k_omega, f"law radial needs k_omega = 2 k_v = {2.0 * k_v:g}"
+            )
+
+
+def settings_parameters(values: Mapping[str, object]) -> dict[str, tuple[Parameter, Any]]:
+    """Return every parameter of Settings and its default, given which obstacles are named."""
+    found = parameters_of(Settings)
+    for name, potential in potentials().items():
+        gains = parameters_of(potential)
+        found.update({f"{name}.{gain}": entry for gain, entry in gains.items()})
+    found["obstacles.names"] = (NAMES, ())
+    for obstacle in NAMES.check("obstacles.names", values.get("obstacles.names", ())):
+        entries = parameters_of(Circle)
+        found.update({f"{OBSTACLES}{obstacle}.{key}": entry for key, entry in entries.items()})
+    return found
+
+
+def _take_obstacles(values: dict[str, object]) -> dict[str, Circle]:
+    """Take the obstacles out of `values`: those in obstacles.names, each with its entry."""
+    names = NAMES.check("obstacles.names", values.pop("obstacles.names", ()))
+    obstacles = {}
+    for name in names:
+        prefix = f"{OBSTACLES}{name}."
+        for key in parameters_of(Circle):
+            if prefix + key not in values:
+                raise ParameterError("obstacles.names", list(names), f"{prefix}{key} is missing")
+        obstacles[name] = build(Circle, values, prefix)
+    for name in values:
+        if name.startswith(OBSTACLES) and name.split(".")[1] not in names:
+            raise ParameterError(name, values[name], "its obstacle is not in obstacles.names")
+    return obstacles
+
+
+def _take_gains(potential: str, values: dict[str, object]) -> dict[str, object]:
+    """Take the gains of a potential out of `values`, each checked, chosen or not."""
+    gains = {}
+    for gain, (parameter, _) in parameters_of(potentials()[potential]).items():
+        name = f"{potential}.{gain}"
+        if name in values:
+            gains[gain] = parameter.check(name, values.pop(name))
+    return gains

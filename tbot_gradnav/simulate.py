@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The closed loop of controller and unicycle, for one robot or thousands at once."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tbot_gradnav.controller import Controller
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.unicycle import Pose, step
+from tbot_gradnav.world import World
+
+CONTROL_PERIOD = 0.05  # [s] the odometry rate of a TurtleBot3
+TIME_LIMIT = 300.0  # [s]
+START_CLEARANCE = 0.1  # [m] of a random start
+
+
+@dataclass(frozen=True)
+class Runs:
+    """How each of N robots fared; arrays of N.
+
+    time [s] and path_length [m] up to arrival, collision or the time limit; min_clearance [m] is
+    that of the robot's disc at the control instants; path, if recorded, holds x, y, theta of
+    shape (3, steps + 1, N), a robot that is done staying where it is.
+    """
+
+    start: Pose
+    arrived: NDArray[np.bool_]
+    collided: NDArray[np.bool_]
+    time: NDArray[np.float64]
+    path_length: NDArray[np.float64]
+    min_clearance: NDArray[np.float64]
+    final_distance: NDArray[np.float64]
+    path: NDArray[np.float64] | None = None
+
+
+def simulate(
+    controller: Controller,
+    start: Pose,
+    dt: float = CONTROL_PERIOD,
+    time_limit: float = TIME_LIMIT,
+    record: bool = False,
+) -> Runs:
+    """Drive a robot from each pose of `start` (arrays of N) until it arrives, collides or gives up.
+
+    The command is held for dt [s], as between two odometry messages, and the unicycle moves along
+    the exact arc.
+    """
+    world = controller.settings.world
+    now = np.array(start, dtype=float)  # the components of Pose, each for all robots
+    n = now.shape[1]
+    runs = Runs(
+        start=start,
+        arrived=np.zeros(n, dtype=bool),
+        collided=np.zeros(n, dtype=bool),
+        time=np.zeros(n),
+        path_length=np.zeros(n),
+        min_clearance=np.full(n, np.inf),
+        final_distance=np.zeros(n),
+    )
+    gear = np.array(controller.gear(start))
+    driving = np.arange(n)
+    path = [_snapshot(now)] if record else []
+    for tick in range(round(time_limit / dt) + 1):
+        pose = Pose(*now[:, driving])
+        clearance = world.clearance(pose.x, pose.y)
+        distance = controller.distance(pose)
+        runs.min_clearance[driving] = np.minimum(runs.min_clearance[driving], clearance)
+        runs.final_distance[driving] = distance
+        runs.time[driving] = tick * dt
+        runs.collided[driving] = hit = np.less(clearance, 0.0)
+        runs.arrived[driving] = home = controller.arrived(distance) & ~hit
+        driving = driving[~(hit | home)]
+        if driving.size == 0:
+            break
+        pose = Pose(*now[:, driving])
+        twist = controller.command(pose, gear[driving])
+        runs.path_length[driving] += np.abs(twist.v) * dt
+        now[:, driving] = step(pose, twist, dt)
+        if record:
+            path.append(_snapshot(now))
+    return replace(runs, path=np.stack(path, axis=1)) if record else runs
+
+
+def random_starts(world: World, n: int, seed: int) -> Pose:
+    """Return n poses spread evenly over the free space, START_CLEARANCE clear, headings random.
+
+    The space is the boundary's disc, or one about the goal that holds all obstacles. Raises
+    GradnavError where hardly any of it is free.
+    """
+    rng = np.random.default_rng(seed)
+    c_x, c_y, radius = extent(world)
+    x, y = np.empty(0), np.empty(0)
+    for _ in range(1000):
+        if x.size >= n:
+            break
+        r, phi = radius * np.sqrt(rng.random(2 * n + 10)), 2.0 * np.pi * rng.random(2 * n + 10)
+        try_x, try_y = c_x + r * np.cos(phi), c_y + r * np.sin(phi)
+        free = world.clearance(try_x, try_y) >= START_CLEARANCE
+        x, y = np.append(x, try_x[free]), np.append(y, try_y[free])
+    else:
+        raise GradnavError(f"no room for random starts {START_CLEARANCE} m clear of everything")
+    return Pose.at(x[:n], y[:n], rng.uniform(-np.pi, np.pi, n))
+
+
+def extent(world: World) -> tuple[float, float, float]:
+    """Return centre x, y and radius [m] of the disc in which the world plays."""
+    if world.bounded:
+        return world.boundary.x, world.boundary.y, world.boundary.radius
+    goal_x, goal_y = world.goal
+    reach = [
+        np.hypot(c.x - goal_x, c.y - goal_y) + c.radius + 0.5 for c in world.obstacles.values()
+    ]
+    return goal_x, goal_y, float(max([2.0, *reach]))
+
+
+def _snapshot(now: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.array([now[0], now[1], Pose(*now).theta])
