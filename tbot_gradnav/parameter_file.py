@@ -54,9 +54,17 @@ def rewritten(path: Path | str) -> str:
         for key, value in flatten(body):
             if value is None or isinstance(value, (bytes, set)):
                 raise GradnavError(f"{path}: {name} {key} has no value")
-    return yaml.dump(
-        _for_rcl(tree), Dumper=_Dumper, default_flow_style=True, sort_keys=False, width=10**9
-    )
+    return _dumped(tree)
+
+
+def rewritten_rule(rule: str) -> str:
+    """Return a rule NAME:=VALUE of the command line in the dialect of rcl."""
+    name, assign, text = rule.partition(":=")
+    try:
+        value = yaml.load(text, Loader=_Loader)  # noqa: S506 (a SafeLoader)
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return rule  # rcl has its own words for it
+    return f"{name}{assign}{_dumped(value).strip()}" if isinstance(value, list) else rule
 
 
 def _sections(tree: Mapping[str, Any], path: Path | str) -> list[tuple[str, Mapping[str, Any]]]:
@@ -84,6 +92,12 @@ def _matches(pattern: str, node: str) -> bool:
     parts = re.findall(r"/[^/]*", pattern)
     return (
         re.fullmatch("".join(tokens.get(part, re.escape(part)) for part in parts), node) is not None
+    )
+
+
+def _dumped(value: Any) -> str:
+    return yaml.dump(
+        _for_rcl(value), Dumper=_Dumper, default_flow_style=True, sort_keys=False, width=10**9
     )
 
 

@@ -1,0 +1,190 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The node that drives: odometry in, velocity out."""
+
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry as OdometryMessage
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+from tbot_gradnav import ros
+from tbot_gradnav.command_publisher import CommandPublisher
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
+from tbot_gradnav.options import Configuration
+from tbot_gradnav.unicycle import STOP, Pose
+
+FIXED = ("initial_pose", "cmd_vel_type", "world_frame")  # decided when the node starts
+CHECKS_PER_TIMEOUT = 10
+
+
+class Navigator(Node):
+    """Drives to the goal of its parameters or of goal_pose.
+
+    Subscribes odom (nav_msgs/Odometry) and goal_pose (geometry_msgs/PoseStamped), publishes
+    cmd_vel. Whatever is unusual ends in zero velocity first and a word after. Raises
+    GradnavError for parameters that are not allowed.
+    """
+
+    def __init__(self, **node_arguments: Any) -> None:
+        super().__init__(
+            "navigator",
+            automatically_declare_parameters_from_overrides=True,
+            allow_undeclared_parameters=True,
+            **node_arguments,
+        )
+        self._configuration = ros.declare(self)
+        options = self._configuration.navigator
+        self._navigation = Navigation(self._configuration.settings)
+        self._commands = CommandPublisher(self, options.cmd_vel_type)
+        self._odometry_frame = ""
+        self._heard: float | None = None  # [s] when the last good odometry came
+        self._told: set[str] = set()
+        self.add_on_set_parameters_callback(self._check_parameters)
+        self.add_post_set_parameters_callback(self._take_parameters)
+        self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
+        self.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
+        self.create_timer(options.odometry_timeout / CHECKS_PER_TIMEOUT, self._check_odometry)
+        self._introduce()
+
+    def close(self) -> None:
+        """Stop the robot, for good."""
+        self._commands.publish(STOP)
+        self._commands.flush()
+        self.get_logger().info("stopped: zero velocity published")
+
+    def _on_odometry(self, message: OdometryMessage) -> None:
+        self._odometry_frame = message.header.frame_id
+        try:
+            twist, notices = self._navigation.update(reading(message))
+            if twist is not None:
+                self._commands.publish(twist)
+        except BadOdometryError as error:
+            self._stop("bad odometry", f"stopped: {error}")
+            return
+        except Exception as error:
+            self._stop("error", f"stopped: {type(error).__name__}: {error}")
+            return
+        self._resume()
+        for notice in notices:
+            self._tell(notice)
+
+    def _resume(self) -> None:
+        """Note that good odometry came; say so after an interruption."""
+        self._heard = self._seconds()
+        interruptions = self._told & {"bad odometry", "error", "stale"}
+        if interruptions:
+            self.get_logger().info("good odometry again: going on")
+            self._told -= interruptions
+
+    def _check_odometry(self) -> None:
+        timeout = self._configuration.navigator.odometry_timeout
+        if self._heard is not None and self._seconds() - self._heard > timeout:
+            self._heard = None
+            self._stop("stale", f"stopped: no odometry for {timeout:g} s")
+
+    def _stop(self, kind: str, text: str) -> None:
+        """Publish zero velocity, then say why, once until odometry is good again."""
+        self._commands.publish(STOP)
+        if kind not in self._told:
+            self._told.add(kind)
+            self.get_logger().error(text)
+
+    def _tell(self, notice: Notice) -> None:
+        if notice.kind in self._told:
+            return
+        self._told.add(notice.kind)
+        if notice.kind == "arrived":
+            self.get_logger().info(notice.text)
+        else:
+            self.get_logger().warning(f"{notice.text} (said once for each goal)")
+
+    def _on_goal(self, message: PoseStamped) -> None:
+        try:
+            goal = self._in_world(message)
+        except GradnavError as error:
+            self.get_logger().error(f"goal refused: {error}")
+            return
+        result = self.set_parameters([RosParameter("goal", RosParameter.Type.DOUBLE_ARRAY, goal)])
+        if not result[0].successful:
+            self.get_logger().error(f"goal refused: {result[0].reason}")
+            return
+        self._navigation.restart()
+
+    def _in_world(self, message: PoseStamped) -> list[float]:
+        """Return a goal's position in the world frame. Raises GradnavError."""
+        x, y = message.pose.position.x, message.pose.position.y
+        frame = message.header.frame_id
+        world = self._configuration.navigator.world_frame
+        if frame in ("", world):
+            return [x, y]
+        odometry = self._navigation.odometry.frame
+        if frame == self._odometry_frame and odometry is not None:
+            goal = odometry.compose(Pose(x, y, 1.0, 0.0))
+            return [float(goal.x), float(goal.y)]
+        raise GradnavError(f"frame {frame} is unknown; it must be {world} or the odometry's")
+
+    def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
+        try:
+            self._changed(parameters)
+        except GradnavError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _take_parameters(self, parameters: list[RosParameter]) -> None:
+        before, self._configuration = self._configuration.settings, self._changed(parameters)
+        settings = self._configuration.settings
+        self._navigation.change(settings)
+        if settings.goal != before.goal:
+            self._told.clear()
+            self.get_logger().info(f"new goal: {_worded(settings.goal)}")
+
+    def _changed(self, parameters: list[RosParameter]) -> Configuration:
+        """Return the configuration with some parameters changed. Raises GradnavError."""
+        changes = {p.name: ros.plain(p.value) for p in parameters}
+        for name in changes:
+            if name in FIXED:
+                raise GradnavError(f"{name}: it is decided at the start; restart the navigator")
+        return Configuration.of(ros.values(self) | changes)
+
+    def _introduce(self) -> None:
+        settings = self._configuration.settings
+        self.get_logger().info(
+            f"law {settings.law}, potential {settings.potential}, "
+            f"{len(settings.obstacles)} obstacles; "
+            f"goal: {_worded(settings.goal)}"
+        )
+        if settings.obstacles and settings.law != "descent":
+            self.get_logger().warning(
+                f"law {settings.law} does not avoid obstacles; law descent does"
+            )
+
+    def _seconds(self) -> float:
+        return float(self.get_clock().now().nanoseconds) * 1e-9
+
+
+def reading(message: OdometryMessage) -> Reading:
+    """Return what is used of an odometry message."""
+    stamp, pose = message.header.stamp, message.pose.pose
+    q = pose.orientation
+    return Reading(
+        stamp.sec + stamp.nanosec * 1e-9, pose.position.x, pose.position.y, q.x, q.y, q.z, q.w
+    )
+
+
+def _worded(goal: Sequence[float]) -> str:
+    return f"({goal[0]:g}, {goal[1]:g}) m" if goal else "none, waiting for goal_pose"
+
+
+def main(arguments: Sequence[str] = sys.argv) -> int:
+    """Run the navigator until a signal; return the exit status."""
+    return ros.run(Navigator, Navigator.close, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From odometry messages to the pose in the world, whatever the messages look like."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.limits import Limits
+from tbot_gradnav.unicycle import Pose, heading
+
+FAR = 1e6  # [m] no odometry of a small robot is beyond
+JUMP_DISTANCE = 0.1  # [m] more than twice what the limits allow, plus this, is a jump
+JUMP_ANGLE = 0.3  # [rad] likewise
+HOLE = 1.0  # [s] between two stamps
+COS_TILT = math.cos(math.radians(30.0))
+
+
+class Reading(NamedTuple):
+    """What is used of one odometry message: stamp [s], position [m] and quaternion."""
+
+    stamp: float
+    x: float
+    y: float
+    q_x: float
+    q_y: float
+    q_z: float
+    q_w: float
+
+
+class Notice(NamedTuple):
+    """Something worth a word: its kind, so that it can be said once or counted, and the word."""
+
+    kind: str
+    text: str
+
+
+class BadOdometryError(GradnavError):
+    """A message from which no pose can be had; the robot must stop."""
+
+
+class Odometry:
+    """The robot's pose in the world, xi(0) plus odometry since the first message.
+
+    REP 105 asks an odometry frame to be continuous, so a pose that jumps further than the robot
+    can have moved is a reset: the robot is where it was, and the frame has moved.
+    """
+
+    def __init__(self, initial: Pose, limits: Limits) -> None:
+        self.frame: Pose | None = None  # pose of the odometry frame in the world
+        self._initial = initial
+        self._limits = limits
+        self._last: tuple[float, Pose] | None = None
+
+    def update(self, reading: Reading) -> tuple[Pose, list[Notice]]:
+        """Return the pose in the world and what stands out. Raises BadOdometryError."""
+        pose = _decoded(reading)
+        notices = list(self._compared(reading.stamp, pose)) + list(_tilted(reading))
+        if self.frame is None:
+            self.frame = self._initial.compose(pose.inverse())
+        self._last = reading.stamp, pose
+        return self.frame.compose(pose), notices
+
+    def _compared(self, stamp: float, pose: Pose) -> list[Notice]:
+        """Return notices about a message as compared to the last; move the frame on a jump."""
+        if self.frame is None or self._last is None:
+            return []
+        notices = []
+        last_stamp, last = self._last
+        dt = stamp - last_stamp
+        if dt < 0.0:
+            notices.append(Notice("backward", f"odometry stamps go back by {-dt:.3g} s"))
+        if dt > HOLE:
+            notices.append(Notice("hole", f"no odometry for {dt:.3g} s by its stamps"))
+        moved = last.inverse().compose(pose)
+        distance, angle = float(np.hypot(moved.x, moved.y)), abs(float(moved.theta))
+        slack = 2.0 * max(dt, 0.0)
+        if (
+            distance > JUMP_DISTANCE + slack * self._limits.v
+            or angle > JUMP_ANGLE + slack * self._limits.omega
+        ):
+            self.frame = self.frame.compose(last).compose(pose.inverse())
+            notices.append(
+                Notice(
+                    "jump",
+                    f"odometry jumped {distance:.3g} m, {angle:.3g} rad in {dt:.3g} s: taken for "
+                    "a reset of its frame, the robot for standing still",
+                )
+            )
+        return notices
+
+
+def _decoded(reading: Reading) -> Pose:
+    """Return the pose in the odometry frame. Raises BadOdometryError."""
+    if not all(map(math.isfinite, reading)):
+        raise BadOdometryError(f"odometry is not finite: {_worded(reading)}")
+    if max(abs(reading.x), abs(reading.y)) > FAR:
+        raise BadOdometryError(f"odometry is impossibly far away: {_worded(reading)}")
+    _, _, q_z, q_w = _scaled(reading)
+    if math.hypot(q_z, q_w) < 1e-6:
+        raise BadOdometryError(f"odometry has no heading: {_worded(reading)}")
+    return Pose(reading.x, reading.y, *heading(q_z, q_w))
+
+
+def _tilted(reading: Reading) -> list[Notice]:
+    x2, y2, z2, w2 = (component * component for component in _scaled(reading))
+    cos_tilt = (w2 + z2 - x2 - y2) / (w2 + z2 + x2 + y2)
+    if cos_tilt >= COS_TILT:
+        return []
+    degrees = math.degrees(math.acos(max(cos_tilt, -1.0)))
+    return [Notice("tilt", f"odometry says the robot is tilted by {degrees:.0f} degrees")]
+
+
+def _scaled(reading: Reading) -> tuple[float, float, float, float]:
+    """Return the quaternion with its largest component 1, whatever its norm was."""
+    q = reading.q_x, reading.q_y, reading.q_z, reading.q_w
+    largest = max(map(abs, q)) or 1.0
+    return q[0] / largest, q[1] / largest, q[2] / largest, q[3] / largest
+
+
+def _worded(reading: Reading) -> str:
+    return (
+        f"x {reading.x:g}, y {reading.y:g}, quaternion ({reading.q_x:g}, {reading.q_y:g}, "
+        f"{reading.q_z:g}, {reading.q_w:g})"
+    )

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the nodes of this package share: starting, stopping and parameters."""
+
+import signal
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, TypeVar
+
+import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from tbot_gradnav import parameter_file
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.options import Configuration, known_parameters
+from tbot_gradnav.parameters import Parameter
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+POLL = 0.1  # [s] at most between a signal and its effect
+
+
+N = TypeVar("N", bound=Node)
+
+
+def run(make: Callable[[], N], close: Callable[[N], None], arguments: Sequence[str]) -> int:
+    """Run a node until SIGINT, SIGTERM or SIGHUP; `close` it and return the exit status.
+
+    Signals only set a flag: nothing interrupts the zero velocity on its way out, however many
+    come. rclpy's own handlers would invalidate the publisher first.
+    """
+    stop = threading.Event()
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN or number == signal.SIGINT:
+            signal.signal(number, lambda *_: stop.set())
+    try:
+        _init(arguments)
+        node = make()
+    except GradnavError as error:
+        rclpy.try_shutdown()
+        print(error, file=sys.stderr)
+        return 2
+    try:
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        while not stop.is_set():
+            executor.spin_once(timeout_sec=POLL)
+    finally:
+        close(node)
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def declare(node: Node, names: Collection[str] | None = None) -> Configuration:
+    """Declare the parameters in `names` (None: all) and return what the file configures.
+
+    Raises ParameterError about anything in the node's overrides that is not allowed.
+    """
+    given = values(node)
+    configuration = Configuration.of(given)
+    for name, (parameter, default) in known_parameters(given).items():
+        if node.has_parameter(name):
+            node.undeclare_parameter(name)
+        if names is None or name in names:
+            value = parameter.check(name, given.get(name, default))
+            node.declare_parameter(name, _for_ros(value), descriptor(parameter), True)
+    return configuration
+
+
+def values(node: Node) -> dict[str, object]:
+    """Return the parameters of a node that have a value, by name."""
+    found = {name: p.value for name, p in node.get_parameters_by_prefix("").items()}
+    return {name: plain(value) for name, value in found.items() if value is not None}
+
+
+def descriptor(parameter: Parameter) -> ParameterDescriptor:
+    """Return what `ros2 param describe` shows."""
+    unit = f" [{parameter.unit}]" if parameter.unit else ""
+    return ParameterDescriptor(
+        description=parameter.about + unit,
+        additional_constraints=parameter.allowed(),
+        dynamic_typing=True,  # an integer is welcome where a number is meant
+    )
+
+
+def plain(value: Any) -> object:
+    """Return a parameter's value with its arrays as lists."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _for_ros(value: object) -> object:
+    """Return a parameter's value as rclpy takes it; an empty list has no type and is unset."""
+    return (list(value) or None) if isinstance(value, tuple) else value
+
+
+def _init(arguments: Sequence[str]) -> None:
+    """Initialise rclpy with the command line. Raises GradnavError."""
+    try:
+        with _readable_by_rcl(arguments) as readable:
+            for word in remove_ros_args(readable)[1:]:
+                raise GradnavError(
+                    f"{word}: unexpected; parameters are given with --ros-args --params-file FILE"
+                )
+            rclpy.init(args=readable, signal_handler_options=SignalHandlerOptions.NO)
+    except RuntimeError as error:  # of rcl, about the words behind --ros-args
+        raise GradnavError(" ".join(str(error).split())) from error
+
+
+@contextmanager
+def _readable_by_rcl(arguments: Sequence[str]) -> Iterator[list[str]]:
+    """Replace --params-file and -p by the same in rcl's dialect (see parameter_file)."""
+    readable = list(arguments)
+    with tempfile.TemporaryDirectory(prefix="gradnav-") as folder:
+        for i, (option, word) in enumerate(pairwise(arguments), start=1):
+            if option == "--params-file":
+                readable[i] = f"{folder}/{i}.yaml"
+                Path(readable[i]).write_text(parameter_file.rewritten(word), encoding="utf-8")
+            elif option in ("-p", "--param"):
+                readable[i] = parameter_file.rewritten_rule(word)
+        yield readable
