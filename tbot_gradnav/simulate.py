@@ -22,10 +22,12 @@ class Runs:
 
     time [s] and path_length [m] up to arrival, collision or the time limit; min_clearance [m] is
     that of the robot's disc at the control instants; path, if recorded, holds x, y, theta of
-    shape (3, steps + 1, N), a robot that is done staying where it is.
+    shape (3, steps + 1, N), a robot that is done staying where it is. dt [s] is the control
+    period.
     """
 
     start: Pose
+    dt: float
     arrived: NDArray[np.bool_]
     collided: NDArray[np.bool_]
     time: NDArray[np.float64]
@@ -52,6 +54,7 @@ def simulate(
     n = now.shape[1]
     runs = Runs(
         start=start,
+        dt=dt,
         arrived=np.zeros(n, dtype=bool),
         collided=np.zeros(n, dtype=bool),
         time=np.zeros(n),

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command gradnav."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+from tbot_gradnav.errors import GradnavError
+
+COMMANDS = {
+    "demo": "drive a fake robot to its goal: two nodes, a picture and a bag",
+    "simulate": "drive one robot or thousands without ROS",
+}
+INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit status.
+
+    0: done; 1: done, and the answer is no; 2: the input is wrong, said in one line.
+    """
+    parser = argparse.ArgumentParser(
+        prog="gradnav", description="Gradient-based navigation for a TurtleBot3 Burger."
+    )
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    chosen = _command_in(sys.argv[1:] if arguments is None else arguments)
+    for name, summary in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=summary, description=summary.capitalize())
+        if name == chosen:  # only then import what it needs
+            module = import_module(f"tbot_gradnav.commands.{name}")
+            module.add_arguments(subparser)
+            subparser.set_defaults(run=module.run)
+    options = parser.parse_args(arguments)
+    try:
+        return int(options.run(options))
+    except GradnavError as error:
+        print(f"gradnav {options.command}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output has gone, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _command_in(arguments: Sequence[str]) -> str | None:
+    return next((word for word in arguments if word in COMMANDS), None)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""gradnav demo: navigator and fake robot as two processes, watched by a third."""
+
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tbot_gradnav import parameter_file, plots, shipped
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.options import Configuration
+from tbot_gradnav.recording import recording
+from tbot_gradnav.settings import Settings
+
+NODES = ("fake_robot", "navigator")
+TIME_LIMIT = 300.0  # [s] of the robot's time
+SILENCE = 20.0  # [s] of ours without a message, after which something is wrong
+REPORT_PERIOD = 0.5  # [s] of ours between lines of progress
+GRACE = 5.0  # [s] a node has to end
+BAR = 30  # characters
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command line."""
+    parser.add_argument("file", nargs="?", default="demo.yaml", help="parameter file (%(default)s)")
+    parser.add_argument(
+        "--out", default="gradnav_demo", metavar="DIR", help="for picture and bag (%(default)s)"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Drive; 0 if the robot arrived without a collision."""
+    file, out = shipped.parameter_path(options.file), Path(options.out)
+    configuration = Configuration.of(parameter_file.read(file))
+    Configuration.of(parameter_file.read(file, "/fake_robot"))
+    if not configuration.settings.has_goal:
+        raise GradnavError(f"{file}: goal is missing")
+    _keep_to_this_machine()
+    with recording(out / "bag") as recorder:
+        observer = _watched(file, configuration, recorder)
+    _draw(out / "demo.png", configuration.settings, observer)
+    print(f"picture: {out / 'demo.png'}\nbag:     {out / 'bag'}")
+    return _verdict(observer)
+
+
+def _keep_to_this_machine() -> None:
+    """Choose a ROS domain of our own, so that no real robot hears of the demo."""
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    domain = os.environ.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
+    print(f"to look on from another terminal: export ROS_DOMAIN_ID={domain}")
+
+
+def _watched(file: Path, configuration: Configuration, recorder: Any) -> Any:
+    """Run both nodes until the robot arrives, collides or gives up; return who watched."""
+    try:
+        import rclpy
+
+        from tbot_gradnav.observer import Observer
+    except ImportError as error:
+        raise GradnavError("the demo needs ROS 2: pip install tbot_gradnav[ros]") from error
+    with ExitStack() as stack:
+        rclpy.init(args=[])
+        stack.callback(rclpy.try_shutdown)
+        observer = Observer(configuration, recorder)
+        stack.callback(observer.destroy_node)
+        processes = [stack.enter_context(_node(name, file)) for name in NODES]
+        _spin(observer, processes, configuration.settings)
+    return observer
+
+
+@contextmanager
+def _node(name: str, file: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run a node of this package; the navigator, started last, is the first to be stopped."""
+    command = [sys.executable, "-m", f"tbot_gradnav.{name}"]
+    process = subprocess.Popen(
+        [*command, "--ros-args", "--params-file", str(file)], start_new_session=True
+    )
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(GRACE)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _spin(observer: Any, processes: list["subprocess.Popen[bytes]"], settings: Settings) -> None:
+    import rclpy
+
+    heard, reported, count = time.monotonic(), 0.0, 0
+    farthest = 0.0
+    while not (observer.arrived or observer.collided) and observer.seconds < TIME_LIMIT:
+        rclpy.spin_once(observer, timeout_sec=0.1)
+        now = time.monotonic()
+        if len(observer.path) > count:
+            heard, count = now, len(observer.path)
+            farthest = max(farthest, observer.distance)
+            if now - reported > REPORT_PERIOD:
+                reported = now
+                print(_progress(observer, farthest), flush=True)
+        if now - heard > SILENCE:
+            raise GradnavError(f"the fake robot has been silent for {SILENCE:g} s")
+        for name, process in zip(NODES, processes, strict=True):
+            if process.poll() is not None:
+                raise GradnavError(f"the {name} ended by itself with status {process.returncode}")
+
+
+def _progress(observer: Any, farthest: float) -> str:
+    done = round(BAR * (1.0 - observer.distance / max(farthest, 1e-9)))
+    v, omega = observer.twist or (0.0, 0.0)
+    near = f", clearance {observer.clearance:.2f} m" if np.isfinite(observer.clearance) else ""
+    return (
+        f"[{'#' * done}{'.' * (BAR - done)}] {observer.seconds:5.1f} s, goal "
+        f"{observer.distance:.2f} m away, v {v:+.2f} m/s, omega {omega:+.2f} rad/s{near}"
+    )
+
+
+def _draw(path: Path, settings: Settings, observer: Any) -> None:
+    track = np.array([(p.x, p.y, p.theta) for p in observer.path]).T
+    with plots.figure(path) as ax:
+        plots.draw_potential(ax, settings.make_potential())
+        plots.draw_world(ax, settings.world)
+        plots.draw_path(ax, track)
+        ax.set_title(
+            f"law {settings.law}, potential {settings.potential}: {observer.seconds:.1f} s"
+        )
+
+
+def _verdict(observer: Any) -> int:
+    if observer.collided:
+        print(f"collided after {observer.seconds:.1f} s")
+    elif not observer.arrived:
+        print(
+            f"not arrived after {observer.seconds:.1f} s, {observer.distance:.3f} m from the goal"
+        )
+    else:
+        print(f"arrived after {observer.seconds:.1f} s, {observer.distance:.3f} m from the goal")
+        return 0
+    return 1

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A bag written whole or not at all."""
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from tbot_gradnav.errors import GradnavError
+
+
+class Recorder:
+    """Writes serialised messages to the topics of an open bag."""
+
+    def __init__(self, writer: Any, typestore: Any) -> None:
+        self._writer = writer
+        self._typestore = typestore
+        self._connections: dict[str, Any] = {}
+
+    def write(self, topic: str, kind: str, stamp: int, data: bytes) -> None:
+        """Append a message in CDR of type `kind` at time `stamp` [ns]."""
+        if topic not in self._connections:
+            self._connections[topic] = self._writer.add_connection(
+                topic, kind, typestore=self._typestore
+            )
+        self._writer.write(self._connections[topic], stamp, data)
+
+
+@contextmanager
+def recording(path: Path | str) -> Iterator[Recorder]:
+    """Give a Recorder to a new bag (rosbag2, mcap), which replaces `path` if all goes well.
+
+    Raises GradnavError where rosbags is missing, `path` is something else than a bag, or it
+    cannot be written.
+    """
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise GradnavError("bags need rosbags: pip install tbot_gradnav[bags]") from error
+    target = Path(path)
+    if target.exists() and not (target / "metadata.yaml").is_file():
+        raise GradnavError(f"{target}: it exists and is no bag; it is left alone")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=".gradnav-", dir=target.parent) as folder:
+            unfinished = Path(folder) / target.name
+            with Writer(unfinished, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+                yield Recorder(writer, get_typestore(Stores.ROS2_JAZZY))
+            if target.exists():
+                shutil.rmtree(target)
+            unfinished.rename(target)
+    except OSError as error:
+        raise GradnavError(f"{target}: it cannot be written: {error.strerror}") from error

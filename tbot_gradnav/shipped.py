@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The parameter files that come with the package."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from tbot_gradnav.errors import GradnavError
+
+NAME = "tbot_gradnav"
+
+
+def parameter_path(file: str) -> Path:
+    """Return the path of a parameter file: one of the user's, or a shipped one by its bare name.
+
+    Raises GradnavError where there is neither.
+    """
+    path = Path(file)
+    if path.exists():
+        return path
+    shipped = {entry.name: entry for folder in _folders() for entry in folder.glob("*.yaml")}
+    if file in shipped:
+        return shipped[file]
+    raise GradnavError(
+        f"{file}: no such file, nor one shipped with the package ({', '.join(sorted(shipped))})"
+    )
+
+
+def _folders() -> Iterator[Path]:
+    """Yield where config/ may be: beside the source, or in share/ of what was installed."""
+    for here in (Path(__file__), Path(__file__).resolve()):
+        for root in here.parents:
+            if (root / "package.xml").is_file():
+                yield root / "config"
+            yield root / "share" / NAME / "config"
