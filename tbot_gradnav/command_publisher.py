@@ -18,7 +18,7 @@ NAMES = {
     "geometry_msgs/msg/Twist": "twist",
 }
 LOOK_PERIOD = 0.25  # [s] between looks at who listens
-PATIENCE = 12  # looks without a listener before a warning; discovery may take 2.5 s
+PATIENCE = 12  # looks before a warning that we are not heard; discovery may take 2.5 s
 REMINDER = 120  # looks between warnings
 ACKNOWLEDGED = 0.2  # [s] to wait for the last command to be received
 
@@ -34,7 +34,7 @@ class CommandPublisher:
     def __init__(self, node: Node, kind: str) -> None:
         self._node = node
         self._auto = kind == "auto"
-        self._looks_alone = 0
+        self._looks_unheard = 0
         self._publish_as("twist" if self._auto else kind)
         node.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -63,7 +63,7 @@ class CommandPublisher:
         self._publisher = self._node.create_publisher(TYPES[kind], TOPIC, 10)
 
     def _look(self) -> None:
-        """See who listens; follow them, or say that nobody does."""
+        """See who listens; follow them, or say what is wrong."""
         topic = self._publisher.topic_name
         wanted = {
             NAMES.get(info.topic_type, info.topic_type)
@@ -72,15 +72,12 @@ class CommandPublisher:
         if self._auto and self._kind not in wanted and wanted & TYPES.keys():
             self._node.destroy_publisher(self._publisher)
             self._publish_as(next(kind for kind in TYPES if kind in wanted))
-        if self._kind in wanted:
-            if self._looks_alone >= PATIENCE:
-                self._node.get_logger().info(f"somebody listens on {topic} now")
-            self._looks_alone = 0
-            return
-        self._looks_alone += 1
-        if self._looks_alone % REMINDER == PATIENCE:
-            others = ", ".join(sorted(wanted - {self._kind}))
+        self._looks_unheard = 0 if wanted == {self._kind} else self._looks_unheard + 1
+        if self._looks_unheard % REMINDER == PATIENCE:
+            deaf = ", ".join(sorted(wanted - {self._kind}))
             self._node.get_logger().warning(
-                f"nobody listens on {topic} as {self._kind}"
-                + (f", but as {others}: set cmd_vel_type" if others else "; is the robot up?")
+                f"nobody listens on {topic}: is the robot up?"
+                if not wanted
+                else f"commands go out on {topic} as {self._kind}, but somebody listens for {deaf} "
+                "and hears nothing: see cmd_vel_type"
             )

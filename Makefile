@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+# Needs Python 3.11 or 3.12 and a package registry; everything else goes into .venv on first use.
+
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: demo test lint clean
+
+demo: .venv/ready
+	$(BIN)/gradnav demo --out out/demo
+
+test: .venv/ready
+	$(BIN)/pytest
+
+lint: .venv/ready
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+.venv/ready: setup.py
+	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or newer is needed: make PYTHON=python3.11")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/pip install --quiet --editable '.[all,test,lint]'
+	touch $@
+
+clean:
+	rm -rf .venv build install log out *.egg-info

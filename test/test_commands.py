@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command gradnav as a user types it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+
+import pytest
+from conftest import CONFIG, ROOT
+
+OK, NO, WRONG = 0, 1, 2
+
+
+def gradnav(*arguments, env=None, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "tbot_gradnav.cli", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=100,
+        check=False,
+        env=os.environ | (env or {}),
+        **options,
+    )
+
+
+def assert_refused(result, *words):
+    assert result.returncode == WRONG, result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    for word in words:
+        assert word in result.stderr
+
+
+@pytest.mark.parametrize("file", sorted(CONFIG.glob("*.yaml")), ids=lambda file: file.stem)
+def test_every_shipped_file_brings_its_robot_home(file):
+    result = gradnav("simulate", file)
+    assert result.returncode == OK, result.stderr
+    assert "1 of 1 arrived" in result.stdout
+
+
+def test_a_shipped_file_is_found_by_its_name_from_anywhere(tmp_path):
+    assert gradnav("simulate", "minimal.yaml", cwd=tmp_path).returncode == OK
+
+
+def test_json_says_what_became_of_each_robot(tmp_path):
+    out = tmp_path / "new" / "runs.json"
+    file = CONFIG / "nine_navigation_function.yaml"
+    result = gradnav("simulate", file, "--random", 7, "--seed", 3, "--json", out)
+    assert result.returncode == OK
+    report = json.loads(out.read_text())
+    assert (report["law"], report["potential"]) == ("descent", "navigation_function")
+    assert (report["seed"], len(report["runs"])) == (3, 7)
+    for run in report["runs"]:
+        assert run["arrived"]
+        assert not run["collided"]
+        assert len(run["start"]) == 3
+        assert run["final_distance"] <= 0.05
+        assert run["min_clearance"] > 0.0
+        assert run["time"] * 0.21 >= run["path_length"] > 0.0
+    again = gradnav("simulate", file, "--random", 7, "--seed", 3, "--json", out)
+    assert again.returncode == OK
+    assert json.loads(out.read_text()) == report
+
+
+def test_starts_are_those_given(tmp_path):
+    out = tmp_path / "runs.json"
+    starts = ["--start", "1", "-1", "0.5", "--start", "-1", "1e-1", "3"]
+    assert gradnav("simulate", "position.yaml", *starts, "--json", out).returncode == OK
+    found = [run["start"] for run in json.loads(out.read_text())["runs"]]
+    assert found == [pytest.approx([1.0, -1.0, 0.5]), pytest.approx([-1.0, 0.1, 3.0])]
+
+
+def test_answers_no_where_a_robot_collides():
+    result = gradnav(
+        "simulate", "nine_navigation_function.yaml", "--law", "heading", "--random", 300
+    )
+    assert result.returncode == NO
+    assert " 0 collided" not in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["none.yaml"], ["none.yaml", "minimal.yaml"]),
+        (["position.yaml", "--law", "up"], ["law: 'up'", "descent"]),
+        (["position.yaml", "--potential", "hill"], ["potential: 'hill'", "quadratic"]),
+        (["position.yaml", "--random", "0"], ["--random: 0"]),
+        (["position.yaml", "--seed", "-1", "--random", "1"], ["--seed: -1"]),
+        (["position.yaml", "--start", "a", "0", "0"], ["--start"]),
+        (["position.yaml", "--start", "nan", "0", "0"], ["--start"]),
+        (["nine_navigation_function.yaml", "--start", "1.6", "0.2", "0"], ["obstacles.a"]),
+        (["nine_navigation_function.yaml", "--start", "5", "0", "0"], ["outside the boundary"]),
+        (["position.yaml", "--json", "/proc/none/x.json"], ["/proc/none/x.json"]),
+        (["position.yaml", "--plot", "/proc/none/x.png"], ["/proc/none/x.png"]),
+        (["position.yaml", "--plot", "picture.xyz"], ["picture.xyz"]),
+        (["."], ["directory"]),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line(arguments, words):
+    assert_refused(gradnav("simulate", *arguments), *words)
+
+
+def test_a_full_disk_leaves_no_half_a_file(tmp_path):
+    out = tmp_path / "runs.json"
+    out.write_text("before")
+    result = gradnav("simulate", "position.yaml", "--json", out / "under_a_file.json")
+    assert_refused(result, "under_a_file.json")
+    assert out.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [out]
+
+
+def test_help_and_no_command_and_a_closed_pipe_are_no_accident():
+    assert gradnav("--help").returncode == OK
+    assert gradnav().returncode == WRONG
+    assert gradnav("simulate", "--help").returncode == OK
+    piped = f"{sys.executable} -m tbot_gradnav.cli simulate position.yaml | true"
+    result = subprocess.run(["sh", "-c", piped], capture_output=True, text=True, check=False)
+    assert result.stderr == ""
+
+
+POTENTIAL = """
+    from dataclasses import dataclass
+
+    from tbot_gradnav.parameters import Number, field
+    from tbot_gradnav.potentials import Field, Potential
+
+
+    @dataclass(frozen=True)
+    class Cone(Potential):
+        steepness: float = field(1.0, Number("slope", above=0.0))
+
+        def __call__(self, x, y):
+            dx, dy = x - self.world.goal[0], y - self.world.goal[1]
+            rho = (dx**2 + dy**2 + 1e-12) ** 0.5
+            return Field(self.steepness * rho, self.steepness * dx / rho, self.steepness * dy / rho)
+"""
+SETUP = """
+    from setuptools import setup
+
+    setup(
+        name="cone",
+        py_modules=["cone"],
+        entry_points={"tbot_gradnav.potentials": ["cone = cone:Cone"]},
+    )
+"""
+
+
+@pytest.fixture(scope="module")
+def installed_potential(tmp_path_factory):
+    """Install a package with a potential of its own; give the environment that sees it."""
+    source, target = tmp_path_factory.mktemp("cone"), tmp_path_factory.mktemp("installed")
+    (source / "cone.py").write_text(textwrap.dedent(POTENTIAL))
+    (source / "setup.py").write_text(textwrap.dedent(SETUP))
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
+    subprocess.run([*pip, "--target", target, source], check=True, timeout=100)
+    return {"PYTHONPATH": str(target)}
+
+
+def test_a_potential_of_the_users_own_drives(installed_potential, parameter_file):
+    file = parameter_file("potential: cone\ncone: {steepness: 2}\ngoal: [1, 1]")
+    result = gradnav("simulate", file, env=installed_potential)
+    assert result.returncode == OK, result.stderr
+
+
+def test_its_parameters_are_checked_like_ours(installed_potential, parameter_file):
+    for text, words in (("cone: {steepness: 0}", "cone.steepness: 0"), ("cone: {slope: 1}", "cone.slope")):
+        file = parameter_file(f"potential: cone\ngoal: [1, 1]\n{text}")
+        assert_refused(gradnav("simulate", file, env=installed_potential), words)
+
+
+@pytest.fixture
+def domain():
+    """Give the demo a domain of its own."""
+    return {"ROS_DOMAIN_ID": str(101 - os.getpid() % 50)}
+
+
+def test_demo_drives_to_the_goal_and_leaves_a_picture_and_a_bag(tmp_path, domain):
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    from rosbags.highlevel import AnyReader
+
+    result = gradnav("demo", "--out", tmp_path / "out", env=domain)
+    assert result.returncode == OK, result.stderr
+    assert "arrived after" in result.stdout
+    assert result.stdout.count("goal ") > 3  # progress while it drives
+    assert (tmp_path / "out" / "demo.png").read_bytes().startswith(b"\x89PNG")
+    with AnyReader([tmp_path / "out" / "bag"]) as bag:
+        counts = {topic: info.msgcount for topic, info in bag.topics.items()}
+    assert counts["/odom"] > 100
+    assert counts["/cmd_vel"] > 100
+
+
+def test_demo_refuses_what_it_cannot_drive(tmp_path, parameter_file):
+    assert_refused(gradnav("demo", parameter_file("k_v: 1.0")), "goal is missing")
+    assert_refused(gradnav("demo", parameter_file("goal: [1, 1]\nlaw: up")), "law: 'up'")
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "diary.txt").write_text("dear diary")
+    assert_refused(gradnav("demo", "--out", tmp_path), "left alone")
+    assert (tmp_path / "bag" / "diary.txt").read_text() == "dear diary"
+
+
+def test_interrupting_the_demo_ends_both_nodes(tmp_path, domain):
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    command = [sys.executable, "-m", "tbot_gradnav.cli", "demo", "--out", str(tmp_path)]
+    demo = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        start_new_session=True, env=os.environ | domain | {"PYTHONUNBUFFERED": "1"}, cwd=ROOT,
+    )  # fmt: skip
+    try:
+        for line in demo.stdout:
+            if "goal " in line and "v +0.2" in line:
+                break
+        demo.send_signal(signal.SIGINT)
+        words = demo.stdout.read()
+        assert demo.wait(20) == 130
+    finally:
+        demo.kill()
+    assert "zero velocity" in words
+    assert "Traceback" not in words
+    assert not (tmp_path / "bag").exists()
