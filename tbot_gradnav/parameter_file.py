@@ -52,9 +52,19 @@ def rewritten(path: Path | str) -> str:
     tree = load(path)
     for name, body in _sections(tree, path):
         for key, value in flatten(body):
-            if value is None or isinstance(value, (bytes, set)):
-                raise GradnavError(f"{path}: {name} {key} has no value")
+            _refuse_untyped(f"{path}: {name}: {key}", value)
     return _dumped(tree)
+
+
+def _refuse_untyped(where: str, value: object) -> None:
+    """Raise GradnavError for a value that has no type in ROS."""
+    items = value if isinstance(value, list) else [value]
+    kinds = {float if type(item) is int else type(item) for item in items}
+    if len(kinds) > 1 or not kinds <= {bool, float, str}:
+        raise GradnavError(
+            f"{where}: {' '.join(str(value).split())[:60]} is not allowed; must be a number, text, "
+            "true or false, or a list of one of these"
+        )
 
 
 def rewritten_rule(rule: str) -> str:

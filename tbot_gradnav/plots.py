@@ -35,9 +35,12 @@ def figure(path: Path | str, width: float = 7.0, height: float = 7.0, **grid: An
     except ImportError as error:
         raise GradnavError("pictures need matplotlib: pip install tbot_gradnav[plot]") from error
     drawing = Figure(figsize=(width, height), layout="constrained")
+    kind, kinds = Path(path).suffix.lstrip("."), drawing.canvas.get_supported_filetypes()
+    if kind not in kinds:
+        raise GradnavError(f"{path}: no such kind of picture; it must end in .{', .'.join(kinds)}")
     yield drawing.subplots(**grid)
     with written_whole(path) as temporary:
-        drawing.savefig(temporary, dpi=130, format=Path(path).suffix.lstrip(".") or "png")
+        drawing.savefig(temporary, dpi=130, format=kind)
 
 
 def draw_world(ax: Any, world: World) -> None:

@@ -19,7 +19,7 @@ from tbot_gradnav.world import World
 
 Array = NDArray[np.float64]
 
-SLACK = 1e-9  # [m] and [rad] by which to touch is not to overlap, however it was rounded
+SLACK = 1e-9  # [m] by which to touch is not to overlap, however it was rounded
 CHUNK = 1_000_000  # start, tangent and tangent again: triples handled at once, 8 MB an array
 
 
@@ -30,15 +30,14 @@ def shortest_paths(world: World, x: ArrayLike, y: ArrayLike) -> Array:
     spot; inf where there is none or where the start, or the goal, is not free. x and y broadcast
     against each other, and the lengths have their shape.
     """
-    start_x, start_y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-    starts = start_x.reshape(-1, 1), start_y.reshape(-1, 1)
     roads = _Roads(world)
+    start_x, start_y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    starts = np.stack([start_x.ravel(), start_y.ravel(), np.zeros(start_x.size)])[..., None]
+    lengths = np.empty(start_x.size)
     size = max(1, CHUNK // max(1, roads.onward.size))
-    chunks = [
-        roads.from_points(_Turns(starts[0][i : i + size], starts[1][i : i + size], np.zeros(1)))
-        for i in range(0, start_x.size, size)
-    ]
-    return np.concatenate([np.empty(0), *chunks]).reshape(start_x.shape)
+    for i in range(0, lengths.size, size):
+        lengths[i : i + size] = roads.from_points(_Turns(*starts[:, i : i + size]))
+    return lengths.reshape(start_x.shape)
 
 
 class _Turns(NamedTuple):
@@ -55,8 +54,8 @@ class _Turns(NamedTuple):
 class _Roads:
     """The tangent graph of K turns, two for each obstacle, with the ways from each to the goal.
 
-    exits: heading [rad] in which to leave each turn for each turn and, last, for the goal;
-    onward: length [m] from there to the goal; both of shape (K, K + 1).
+    exits: heading [rad] in which to leave each turn for each turn and, last, for the goal, and
+    onward: length [m] from there to the goal, inf where there is no way; both of shape (K, K + 1).
     """
 
     def __init__(self, world: World) -> None:
@@ -67,7 +66,7 @@ class _Roads:
         self.boundary = edge.x, edge.y, world.size[-1] if world.bounded else np.inf
         self.goal = _Turns(*np.array([*world.goal, 0.0]).reshape(3, 1))
         self.turns = _Turns(np.tile(x, 2), np.tile(y, 2), np.outer([1, -1], self.discs.r).ravel())
-        self.covered = self._covered()
+        self.covered = self._covered(world)
         ends = _Turns(*(np.append(a, b) for a, b in zip(self.turns, self.goal, strict=True)))
         self.exits, length = self.tangents(_Turns(*(a[:, None] for a in self.turns)), ends)
         self.onward = self._to_goal(length)
@@ -90,9 +89,9 @@ class _Roads:
         sine = np.clip(dr / np.maximum(apart, 1e-150), -1.0, 1.0)
         heading = np.arctan2(dy, dx) - np.arcsin(sine)
         left_x, left_y = -np.sin(heading), np.cos(heading)
-        free = (np.abs(dr) <= apart + SLACK) & self.free(
+        free = self.free(
             (a.x - a.r * left_x, a.y - a.r * left_y), (b.x - b.r * left_x, b.y - b.r * left_y)
-        )
+        )  # it never is where |dr| > apart: the circles overlap, and the ends are inside
         length = np.sqrt(np.maximum((apart - dr) * (apart + dr), 0.0))
         return heading, np.where(free, length, np.inf)
 
@@ -115,27 +114,23 @@ class _Roads:
         heading [rad]: that on arrival at each turn, of shape (..., K); result: (..., K, K + 1),
         inf where the arc is not free.
         """
-        left = np.sign(self.turns.r)[:, None]
-        along = _change(left * (self.exits - heading[..., None]))
-        begin, is_covered = self.covered
-        room = np.where(is_covered, _change(left * (begin - heading[..., None])), np.inf)
-        open_ = along <= room.min(axis=-1, keepdims=True)
-        return np.where(open_, np.abs(self.turns.r)[:, None] * along, np.inf)
+        left, come = np.sign(self.turns.r)[:, None], heading[..., None]
+        along = left * (self.exits - come) % (2.0 * np.pi)
+        # Exits are not covered, so one beyond the middle of what is covered is beyond all of it.
+        room = left * (self.covered - come) % (2.0 * np.pi)
+        room = np.fmin.reduce(room, axis=-1, keepdims=True, initial=np.inf)
+        return np.where(along < room, np.abs(self.turns.r)[:, None] * along, np.inf)
 
-    def _covered(self) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the heading [rad] with which each turn runs into each disc and the boundary.
+    def _covered(self, world: World) -> Array:
+        """Return the heading [rad] on each turn in the middle of what M others cover of it.
 
-        And whether it ever does; both of shape (K, K / 2 + 1).
+        The others are the discs and the boundary, beyond which all is covered. Shape (K, M); nan
+        where nothing is covered.
         """
-        b_x, b_y, limit = self.boundary
-        x, y, r = np.append(self.discs.x, b_x), np.append(self.discs.y, b_y), np.abs(self.turns.r)
-        side = np.append(np.ones(self.discs.r.size), -1.0)  # beyond the boundary is covered
-        dx, dy = side * (x - self.turns.x[:, None]), side * (y - self.turns.y[:, None])
-        apart, r = np.hypot(dx, dy), r[:, None]
-        excess = side * (apart * apart + r * r - np.append(self.discs.r, limit) ** 2)
-        half = np.arccos(np.clip(excess / np.maximum(2.0 * apart * r, 1e-150), -1.0, 1.0))
-        begin = np.arctan2(dy, dx) + np.sign(self.turns.r)[:, None] * (0.5 * np.pi - half)
-        return begin, (half > 0.0) & (apart > 0.0)
+        left = np.sign(self.turns.r)
+        d, n_x, n_y = world.distances(self.turns.x, self.turns.y)
+        overlap = (d < np.abs(self.turns.r) - SLACK) & (np.hypot(n_x, n_y) > 0.0)  # not with itself
+        return np.where(overlap, np.arctan2(-left * n_x, left * n_y), np.nan).T
 
     def _to_goal(self, length: Array) -> Array:
         """Return the length [m] from each exit to the goal, given that of each tangent.
@@ -151,8 +146,3 @@ class _Roads:
             if np.array_equal(longer, onward):
                 return onward
             onward = longer
-
-
-def _change(angle: Array) -> Array:
-    """Return the angle [rad] in [0, 2 pi), 0 also where it fell short of 0 by rounding."""
-    return np.maximum((angle + SLACK) % (2.0 * np.pi) - SLACK, 0.0)

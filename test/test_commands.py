@@ -3,11 +3,10 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
-import textwrap
-import time
 
 import pytest
 from conftest import CONFIG, ROOT
@@ -73,12 +72,12 @@ def test_starts_are_those_given(tmp_path):
     assert found == [pytest.approx([1.0, -1.0, 0.5]), pytest.approx([-1.0, 0.1, 3.0])]
 
 
-def test_answers_no_where_a_robot_collides():
-    result = gradnav(
-        "simulate", "nine_navigation_function.yaml", "--law", "heading", "--random", 300
-    )
+def test_answers_no_where_a_robot_collides(parameter_file):
+    box = "obstacles: {names: [box], box: {x: 1, y: 0, radius: 0.2}}"
+    file = parameter_file(f"law: position\ngoal: [2, 0]\n{box}")
+    result = gradnav("simulate", file)
     assert result.returncode == NO
-    assert " 0 collided" not in result.stdout
+    assert "1 collided" in result.stdout
 
 
 @pytest.mark.parametrize(
@@ -117,43 +116,22 @@ def test_help_and_no_command_and_a_closed_pipe_are_no_accident():
     assert gradnav().returncode == WRONG
     assert gradnav("simulate", "--help").returncode == OK
     piped = f"{sys.executable} -m tbot_gradnav.cli simulate position.yaml | true"
-    result = subprocess.run(["sh", "-c", piped], capture_output=True, text=True, check=False)
+    result = subprocess.run(piped, shell=True, capture_output=True, text=True, check=False)
     assert result.stderr == ""
 
 
-POTENTIAL = """
-    from dataclasses import dataclass
-
-    from tbot_gradnav.parameters import Number, field
-    from tbot_gradnav.potentials import Field, Potential
-
-
-    @dataclass(frozen=True)
-    class Cone(Potential):
-        steepness: float = field(1.0, Number("slope", above=0.0))
-
-        def __call__(self, x, y):
-            dx, dy = x - self.world.goal[0], y - self.world.goal[1]
-            rho = (dx**2 + dy**2 + 1e-12) ** 0.5
-            return Field(self.steepness * rho, self.steepness * dx / rho, self.steepness * dy / rho)
-"""
-SETUP = """
-    from setuptools import setup
-
-    setup(
-        name="cone",
-        py_modules=["cone"],
-        entry_points={"tbot_gradnav.potentials": ["cone = cone:Cone"]},
-    )
-"""
+def from_readme(name):
+    """Return the code block of the README that begins with a comment of this file's name."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    return next(block for block in blocks if block.startswith(f"# {name}\n"))
 
 
 @pytest.fixture(scope="module")
 def installed_potential(tmp_path_factory):
-    """Install a package with a potential of its own; give the environment that sees it."""
+    """Install the potential of the README; give the environment that sees it."""
     source, target = tmp_path_factory.mktemp("cone"), tmp_path_factory.mktemp("installed")
-    (source / "cone.py").write_text(textwrap.dedent(POTENTIAL))
-    (source / "setup.py").write_text(textwrap.dedent(SETUP))
+    for name in ("cone.py", "setup.py"):
+        (source / name).write_text(from_readme(name))
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation"]
     subprocess.run([*pip, "--target", target, source], check=True, timeout=100)
     return {"PYTHONPATH": str(target)}
@@ -166,7 +144,10 @@ def test_a_potential_of_the_users_own_drives(installed_potential, parameter_file
 
 
 def test_its_parameters_are_checked_like_ours(installed_potential, parameter_file):
-    for text, words in (("cone: {steepness: 0}", "cone.steepness: 0"), ("cone: {slope: 1}", "cone.slope")):
+    for text, words in (
+        ("cone: {steepness: 0}", "cone.steepness: 0"),
+        ("cone: {slope: 1}", "cone.slope"),
+    ):
         file = parameter_file(f"potential: cone\ngoal: [1, 1]\n{text}")
         assert_refused(gradnav("simulate", file, env=installed_potential), words)
 

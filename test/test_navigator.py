@@ -34,6 +34,7 @@ def test_arrives_with_a_noisy_late_and_quirky_robot(graph, arena, potential):
     more = [word for name, value in options.items() for word in ("-p", f"{name}:={value}")]
     truth = graph.listen(PoseStamped, "ground_truth")
     graph.start("fake_robot", "--ros-args", "--params-file", file, *more)
+    graph.until(lambda: truth, "fake robot")
     drive = navigator(graph, file, *more)
     graph.until(lambda: "arrived" in drive.words, "arrival", patience=40.0)
     graph.spin(0.5)  # for the last of the truth to come through
@@ -182,9 +183,7 @@ def test_refuses_an_impossible_goal_and_drives_on(graph, parameter_file, x, fram
         ("rate: -1", "rate: -1"),
     ],
 )
-def test_a_bad_parameter_ends_either_node_with_one_line(
-    graph, parameter_file, name, text, complaint
-):
+def test_a_bad_parameter_ends_a_node_in_one_line(graph, parameter_file, name, text, complaint):
     node = graph.start(name, "--ros-args", "--params-file", parameter_file(text))
     assert node.wait() == 2
     assert complaint in node.words
@@ -221,4 +220,4 @@ def test_fake_robot_resets_its_odometry(graph):
     future = client.call_async(Trigger.Request())
     graph.until(future.done, "answer")
     assert future.result().success
-    graph.until(lambda: heard[-1].pose.pose.position.x == 0.0, "reset")
+    graph.until(lambda: heard[-1].pose.pose.position.x < 0.05, "reset")

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Write the table of parameters in the README, from the code that checks them.
+
+usage: python tools/parameter_table.py [--check]
+"""
+
+import re
+import sys
+from pathlib import Path
+
+from tbot_gradnav.options import FakeRobotOptions, NavigatorOptions
+from tbot_gradnav.parameters import Parameter, parameters_of
+from tbot_gradnav.settings import settings_parameters
+
+README = Path(__file__).parents[1] / "README.md"
+BEGIN, END = "<!-- parameters -->", "<!-- end of parameters -->"
+EXAMPLE = {"obstacles.names": ["NAME"]}
+
+
+def table() -> str:
+    """Return the table in Markdown, a section for each user of the parameters."""
+    sections = {
+        "Law, potential and world": settings_parameters(EXAMPLE),
+        "Navigator": parameters_of(NavigatorOptions),
+        "Fake robot": parameters_of(FakeRobotOptions),
+    }
+    lines = [
+        "| parameter | default | unit | what it is; what is allowed |",
+        "| --- | --- | --- | --- |",
+    ]
+    for title, parameters in sections.items():
+        lines.append(f"| **{title}** | | | |")
+        lines += [_row(name, *entry) for name, entry in parameters.items()]
+    return "\n".join(lines)
+
+
+def _row(name: str, parameter: Parameter, default: object) -> str:
+    allowed = parameter.allowed().removesuffix(f" [{parameter.unit}]")
+    shown = str(list(default) if isinstance(default, tuple) else default)
+    if isinstance(default, bool):
+        shown = shown.lower()
+    if name.startswith("obstacles.NAME."):
+        shown = ""
+    about = parameter.about.replace("|", "\\|")
+    return f"| `{name}` | {shown} | {parameter.unit} | {about}; {allowed} |"
+
+
+def main(arguments: list[str]) -> int:
+    """Rewrite the README, or with --check say whether it would change."""
+    before = README.read_text(encoding="utf-8")
+    block = f"{BEGIN}\n{table()}\n{END}"
+    after = re.sub(f"{BEGIN}.*{END}", lambda _: block, before, flags=re.DOTALL)
+    if "--check" in arguments:
+        return int(before != after or BEGIN not in before)
+    README.write_text(after, encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
