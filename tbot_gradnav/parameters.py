@@ -153,26 +153,30 @@ class Text:
 
 @dataclass(frozen=True)
 class Numbers:
-    """A list of finite numbers of one of some lengths."""
+    """A list of finite numbers of one of some lengths; none given: any multiple of `rows`."""
 
     about: str
     unit: str
-    lengths: tuple[int, ...]
+    lengths: tuple[int, ...] = ()
+    rows: int = 1
 
     def allowed(self) -> str:
         """Return the lengths in words."""
         lengths = " or ".join(str(length) for length in self.lengths)
-        return f"must be a list of {lengths} finite numbers [{self.unit}]"
+        return f"must be a list of {lengths or f'n times {self.rows}'} finite numbers [{self.unit}]"
 
     def check(self, name: str, value: object) -> tuple[float, ...]:
         """Return the numbers as a tuple of floats."""
-        if not isinstance(value, (list, tuple)) or len(value) not in self.lengths:
+        if not isinstance(value, (list, tuple)) or not self._fits(len(value)):
             raise ParameterError(name, value, self.allowed())
         element = Number(self.about, self.unit)
         try:
             return tuple(element.check(name, item) for item in value)
         except ParameterError as error:
             raise ParameterError(name, list(value), self.allowed()) from error
+
+    def _fits(self, length: int) -> bool:
+        return length in self.lengths if self.lengths else length % self.rows == 0
 
 
 @dataclass(frozen=True)

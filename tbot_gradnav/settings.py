@@ -57,6 +57,10 @@ class Settings(Checked):
         (0.0, 0.0, 0.0),
         Numbers("x, y, yaw in the world frame at the first odometry", "m, rad", (3,)),
     )
+    starts: tuple[float, ...] = field(
+        (),
+        Numbers("more starts, for gradnav simulate and figures: x, y, yaw each", "m, rad", rows=3),
+    )
     robot_radius: float = field(
         0.105, Number("obstacles and boundary are inflated by it", "m", at_least=0.0)
     )
@@ -81,6 +85,8 @@ class Settings(Checked):
         super().__post_init__()
         self._check_gains()
         self.world.refuse_occupied("initial_pose", *self.initial_pose[:2])
+        for x, y, _ in self.all_starts[1:]:
+            self.world.refuse_occupied("starts", x, y)
         if self.has_goal:
             self.world.refuse_occupied("goal", *self.goal)
         self.make_potential()
@@ -95,6 +101,12 @@ class Settings(Checked):
         """The world; while no goal is set, the robot's initial position stands in for it."""
         goal = self.goal if self.has_goal else self.initial_pose
         return World((goal[0], goal[1]), self.obstacles, self.boundary, self.robot_radius)
+
+    @property
+    def all_starts(self) -> list[tuple[float, ...]]:
+        """The initial pose and the further starts: x, y [m] and yaw [rad] of each."""
+        flat = self.initial_pose + self.starts
+        return [flat[i : i + 3] for i in range(0, len(flat), 3)]
 
     @property
     def start(self) -> Pose:

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar=("X", "Y", "YAW"),
-        help="start pose [m, m, rad]; may be repeated; default: initial_pose",
+        help="start pose [m, m, rad]; may be repeated; default: the file's",
     )
     parser.add_argument("--random", type=int, metavar="N", help="N random starts")
     parser.add_argument("--seed", type=int, default=0, help="seed of --random (%(default)s)")
@@ -108,7 +108,7 @@ def _starts(options: argparse.Namespace, settings: Settings) -> Pose:
         Integer("", at_least=1).check("--random", options.random)
         Integer("").check("--seed", options.seed)
         return random_starts(settings.world, options.random, options.seed)
-    given = [_start(words, settings) for words in options.start] or [settings.initial_pose]
+    given = [_start(words, settings) for words in options.start] or settings.all_starts
     x, y, yaw = np.array(given).T
     return Pose.at(x, y, yaw)
 
