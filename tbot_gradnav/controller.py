@@ -26,7 +26,7 @@ class Controller:
     @classmethod
     def of(cls, settings: Settings) -> "Controller":
         """Return the controller that `settings` describe. Raises ParameterError."""
-        return cls(settings, settings.make_potential())
+        return cls(settings, settings.chosen_potential)
 
     def command(self, pose: Pose, gear: Floats) -> Twist:
         """Return the command at `pose` (world frame) in a gear, zero at the goal."""

@@ -14,7 +14,7 @@ from rclpy.parameter import Parameter as RosParameter
 from tbot_gradnav import ros
 from tbot_gradnav.command_publisher import CommandPublisher
 from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.navigation import Navigation, State
 from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.unicycle import STOP, Pose
@@ -42,6 +42,7 @@ class Navigator(Node):
         options = self._configuration.navigator
         self._navigation = Navigation(self._configuration.settings)
         self._commands = CommandPublisher(self, options.cmd_vel_type)
+        self._checked = self._configuration  # parameters that have passed, to be taken next
         self._odometry_frame = ""
         self._heard: float | None = None  # [s] when the last good odometry came
         self._told: set[str] = set()
@@ -101,6 +102,8 @@ class Navigator(Node):
         self._told.add(notice.kind)
         if notice.kind == "arrived":
             self.get_logger().info(notice.text)
+        elif notice.kind == "stuck":
+            self.get_logger().error(f"stopped: {notice.text}")
         else:
             self.get_logger().warning(f"{notice.text} (said once for each goal)")
 
@@ -131,13 +134,13 @@ class Navigator(Node):
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
-            self._changed(parameters)
+            self._checked = self._changed(parameters)
         except GradnavError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _take_parameters(self, parameters: list[RosParameter]) -> None:
-        before, self._configuration = self._configuration.settings, self._changed(parameters)
+    def _take_parameters(self, _: list[RosParameter]) -> None:
+        before, self._configuration = self._configuration.settings, self._checked
         settings = self._configuration.settings
         self._navigation.change(settings)
         if settings.goal != before.goal:
@@ -145,7 +148,12 @@ class Navigator(Node):
             self.get_logger().info(f"new goal: {_worded(settings.goal)}")
 
     def _changed(self, parameters: list[RosParameter]) -> Configuration:
-        """Return the configuration with some parameters changed. Raises GradnavError."""
+        """Return the configuration with some parameters changed. Raises GradnavError.
+
+        That may take a moment (navigation_function.k: 0 tries several), so the robot stands.
+        """
+        if self._navigation.state is State.DRIVING:
+            self._commands.publish(STOP)
         changes = {p.name: ros.plain(p.value) for p in parameters}
         for name in changes:
             if name in FIXED:

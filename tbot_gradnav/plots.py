@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tbot_gradnav.certify import Landscape, basins
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.files import written_whole
 from tbot_gradnav.potentials import Potential
@@ -130,3 +131,33 @@ def draw_path(ax: Any, path: NDArray[np.float64], arrows: int = 12, **line: Any)
         color=START_COLOUR,
         zorder=6,
     )
+
+
+def draw_landscape(ax: Any, found: Landscape) -> None:
+    """Draw critical points; where there are spurious minima, mark what flows into them."""
+    if found.spurious:
+        x, y, owner = basins(found)
+        lost = [p in found.spurious for p in found.minima]
+        stranded = np.array([*lost, True])[owner]  # -1, reaching none, is the last
+        ax.plot(
+            x[stranded],
+            y[stranded],
+            "x",
+            ms=4,
+            mew=0.8,
+            color=PATH_COLOUR,
+            zorder=2,
+            label="starts that end elsewhere than at the goal",
+        )
+    styles = {
+        "minimum": ("v", "white", "minimum other than the goal"),
+        "saddle": ("D", "none", "saddle"),
+        "maximum": ("^", "none", "maximum"),
+        "degenerate": ("s", "none", "degenerate"),
+    }
+    shown = [p for p in found.points if p.kind != "minimum" or p in found.spurious]
+    for kind, (marker, fill, label) in styles.items():
+        at = np.array([(p.x, p.y) for p in shown if p.kind == kind]).reshape(-1, 2)
+        if len(at):
+            ax.plot(*at.T, marker, ms=9, mfc=fill, mec="black", mew=1.3, zorder=6, label=label)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, -0.16), ncols=2, frameon=False)

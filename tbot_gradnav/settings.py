@@ -89,7 +89,7 @@ class Settings(Checked):
             self.world.refuse_occupied("starts", x, y)
         if self.has_goal:
             self.world.refuse_occupied("goal", *self.goal)
-        self.make_potential()
+        _ = self.chosen_potential  # which refuses what it cannot be made of
 
     @property
     def has_goal(self) -> bool:
@@ -113,8 +113,9 @@ class Settings(Checked):
         """The initial pose xi(0)."""
         return Pose.at(*self.initial_pose)
 
-    def make_potential(self) -> Potential:
-        """Return the chosen potential in this world."""
+    @cached_property
+    def chosen_potential(self) -> Potential:
+        """The chosen potential in this world."""
         try:
             return potentials()[self.potential](
                 self.world, **self.potential_gains.get(self.potential, {})

@@ -128,7 +128,7 @@ def _progress(observer: Any, farthest: float) -> str:
 def _draw(path: Path, settings: Settings, observer: Any) -> None:
     track = np.array([(p.x, p.y, p.theta) for p in observer.path]).T
     with plots.figure(path) as ax:
-        plots.draw_potential(ax, settings.make_potential())
+        plots.draw_potential(ax, settings.chosen_potential)
         plots.draw_world(ax, settings.world)
         plots.draw_path(ax, track)
         ax.set_title(

@@ -2,6 +2,7 @@
 """Khatib's attractive-repulsive potential (FIRAS), with Ge and Cui's remedy at the goal."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,6 +20,10 @@ class AttractiveRepulsive(Potential):
     goal when an obstacle is within d_0 of it. Khatib, Int. J. Robotics Research 5(1), 1986;
     Ge and Cui, IEEE Trans. Robotics and Automation 16(5), 2000.
     """
+
+    advice: ClassVar[str] = (
+        "a smaller attractive_repulsive.influence_distance or attractive_repulsive.k_repulsive"
+    )
 
     k_attractive: float = field(1.0, Number("k_a, weight of the attraction", "1/s", above=0.0))
     k_repulsive: float = field(0.01, Number("k_r, weight of the repulsion", above=0.0))

@@ -3,7 +3,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -44,6 +44,8 @@ class Potential(Checked, ABC):
     A subclass is a frozen dataclass too; its further fields are its gains, made with
     `parameters.field`, and are what a user sets in a parameter file.
     """
+
+    advice: ClassVar[str] = "another potential"  # for a robot stuck in a minimum
 
     world: World
 

@@ -2,6 +2,7 @@
 """The navigation function of Koditschek and Rimon, in logarithms."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -27,15 +28,30 @@ class NavigationFunction(Potential):
     where psi rounds to 1. Rimon and Koditschek, IEEE Trans. Robotics and Automation 8(5), 1992.
     """
 
-    k: float = field(8.0, Number("exponent; larger hugs the obstacles closer", above=0.0))
+    advice: ClassVar[str] = "a larger navigation_function.k"
+
+    k: float = field(
+        8.0, Number("exponent; 0: the smallest integer that `gradnav check` accepts", at_least=0.0)
+    )
 
     def __post_init__(self) -> None:
-        """Check k, and that the world is bounded."""
+        """Check k, and that the world is bounded; find k where it is 0."""
         super().__post_init__()
         if not self.world.bounded:
             raise ParameterError(
                 "boundary.radius", 0.0, "potential navigation_function needs a boundary"
             )
+
+        if self.k == 0.0:
+            object.__setattr__(self, "k", self._certified_k())
+
+    def _certified_k(self) -> float:
+        from tbot_gradnav.certify import smallest_k  # which itself tries out potentials
+
+        k = smallest_k(self.world)
+        if k is None:
+            raise ParameterError("k", 0, "no k leaves the goal as the only minimum in this world")
+        return float(k)
 
     def __call__(self, x: Floats, y: Floats) -> Field:
         """Return psi and its gradient at (x, y)."""
