@@ -25,8 +25,9 @@ class State(Enum):
 
 
 class Outcome(NamedTuple):
-    """The command for one message; None while there is no goal to drive to."""
+    """What came of a message: the pose in the world, and the command; None without a goal."""
 
+    pose: Pose
     twist: Twist | None
     notices: list[Notice]
 
@@ -34,8 +35,8 @@ class Outcome(NamedTuple):
 class Navigation:
     """A controller with its memory: where the odometry frame is, the gear, how the drive goes."""
 
-    def __init__(self, settings: Settings) -> None:
-        self.odometry = Odometry(settings.start, settings.limits)
+    def __init__(self, settings: Settings, world_frame: str = "map") -> None:
+        self.odometry = Odometry(settings.start, settings.limits, world_frame)
         self.settings = settings
         self._controller = Controller.of(settings)
         self.restart()
@@ -65,17 +66,17 @@ class Navigation:
         """Return the command for one odometry message. Raises BadOdometryError."""
         pose, notices = self.odometry.update(reading)
         if self._state is State.IDLE:
-            return Outcome(None, notices)
+            return Outcome(pose, None, notices)
         if self._state is State.DRIVING:
             notices += self._judged(reading.stamp, pose)
         if self._state is not State.DRIVING:
-            return Outcome(STOP, notices)
+            return Outcome(pose, STOP, notices)
         if self._gear is None:
             self._gear = self._controller.gear(pose)
         v, omega = map(float, self._controller.command(pose, self._gear))
         if not (math.isfinite(v) and math.isfinite(omega)):
             raise ArithmeticError(f"the command ({v}, {omega}) at {pose} is not finite")
-        return Outcome(Twist(v, omega), notices)
+        return Outcome(pose, Twist(v, omega), notices)
 
     def _judged(self, stamp: float, pose: Pose) -> list[Notice]:
         """Find out whether the drive has ended, and say so."""

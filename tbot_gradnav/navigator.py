@@ -17,7 +17,7 @@ from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.navigation import Navigation, State
 from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
 from tbot_gradnav.options import Configuration
-from tbot_gradnav.unicycle import STOP, Pose
+from tbot_gradnav.unicycle import STOP
 
 FIXED = ("initial_pose", "cmd_vel_type", "world_frame")  # decided when the node starts
 CHECKS_PER_TIMEOUT = 10
@@ -40,10 +40,9 @@ class Navigator(Node):
         )
         self._configuration = ros.declare(self)
         options = self._configuration.navigator
-        self._navigation = Navigation(self._configuration.settings)
+        self._navigation = Navigation(self._configuration.settings, options.world_frame)
         self._commands = CommandPublisher(self, options.cmd_vel_type)
         self._checked = self._configuration  # parameters that have passed, to be taken next
-        self._odometry_frame = ""
         self._heard: float | None = None  # [s] when the last good odometry came
         self._told: set[str] = set()
         self.add_on_set_parameters_callback(self._check_parameters)
@@ -60,9 +59,8 @@ class Navigator(Node):
         self.get_logger().info("stopped: zero velocity published")
 
     def _on_odometry(self, message: OdometryMessage) -> None:
-        self._odometry_frame = message.header.frame_id
         try:
-            twist, notices = self._navigation.update(reading(message))
+            _, twist, notices = self._navigation.update(Reading.of(message))
             if twist is not None:
                 self._commands.publish(twist)
         except BadOdometryError as error:
@@ -109,28 +107,20 @@ class Navigator(Node):
 
     def _on_goal(self, message: PoseStamped) -> None:
         try:
-            goal = self._in_world(message)
+            position = message.pose.position
+            goal = self._navigation.odometry.in_world(
+                message.header.frame_id, position.x, position.y
+            )
         except GradnavError as error:
             self.get_logger().error(f"goal refused: {error}")
             return
-        result = self.set_parameters([RosParameter("goal", RosParameter.Type.DOUBLE_ARRAY, goal)])
+        result = self.set_parameters(
+            [RosParameter("goal", RosParameter.Type.DOUBLE_ARRAY, list(goal))]
+        )
         if not result[0].successful:
             self.get_logger().error(f"goal refused: {result[0].reason}")
             return
         self._navigation.restart()
-
-    def _in_world(self, message: PoseStamped) -> list[float]:
-        """Return a goal's position in the world frame. Raises GradnavError."""
-        x, y = message.pose.position.x, message.pose.position.y
-        frame = message.header.frame_id
-        world = self._configuration.navigator.world_frame
-        if frame in ("", world):
-            return [x, y]
-        odometry = self._navigation.odometry.frame
-        if frame == self._odometry_frame and odometry is not None:
-            goal = odometry.compose(Pose(x, y, 1.0, 0.0))
-            return [float(goal.x), float(goal.y)]
-        raise GradnavError(f"frame {frame} is unknown; it must be {world} or the odometry's")
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
@@ -174,15 +164,6 @@ class Navigator(Node):
 
     def _seconds(self) -> float:
         return float(self.get_clock().now().nanoseconds) * 1e-9
-
-
-def reading(message: OdometryMessage) -> Reading:
-    """Return what is used of an odometry message."""
-    stamp, pose = message.header.stamp, message.pose.pose
-    q = pose.orientation
-    return Reading(
-        stamp.sec + stamp.nanosec * 1e-9, pose.position.x, pose.position.y, q.x, q.y, q.z, q.w
-    )
 
 
 def _worded(goal: Sequence[float]) -> str:

@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that watches a demo: it records what passes and knows where the robot truly is."""
 
-from typing import Any
+import os
+from typing import Any, NamedTuple
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import String
 
-from tbot_gradnav.navigator import reading
-from tbot_gradnav.odometry import Odometry
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.odometry import Odometry, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.recording import Recorder
 from tbot_gradnav.unicycle import STOP, Pose, Twist, heading
@@ -24,13 +26,23 @@ KINDS = {
 }
 
 
-class Observer(Node):
-    """Follows a robot by odom, cmd_vel and ground_truth and records all three."""
+class _Heard(NamedTuple):
+    """A message: when it was said by the speaker's clock, and its own stamp, 0 for none [ns]."""
 
-    def __init__(self, configuration: Configuration, recorder: Recorder) -> None:
+    said: int
+    topic: str
+    kind: Any
+    stamp: int
+    cdr: bytes
+
+
+class Observer(Node):
+    """Follows a robot by odom, cmd_vel and ground_truth, and keeps what was said."""
+
+    def __init__(self, configuration: Configuration) -> None:
         super().__init__("gradnav_demo", use_global_arguments=False)
         self._settings = configuration.settings
-        self._recorder = recorder
+        self._heard: list[_Heard] = []
         self._odometry = Odometry(self._settings.start, self._settings.limits)
         self._stamp = 0  # [ns] of the last message that had one
         self._began: int | None = None
@@ -73,29 +85,58 @@ class Observer(Node):
         distance = np.hypot(self.believed.x - goal[0], self.believed.y - goal[1])
         return bool(distance <= tolerance)
 
-    def _listen(self, topic: str, kind: Any, callback: Any) -> None:
-        """Subscribe; every message is recorded as it came, then handed to `callback`."""
+    def refuse_company(self) -> None:
+        """Raise GradnavError if another robot or another driver is on this ROS domain."""
+        for topic in ("odom", "cmd_vel"):
+            if self.count_publishers(topic) > 1:
+                domain = os.environ.get("ROS_DOMAIN_ID", "0")
+                raise GradnavError(
+                    f"somebody else publishes /{topic} on ROS_DOMAIN_ID {domain}; set another"
+                )
 
-        def on_message(data: bytes) -> None:
-            callback(deserialize_message(data, kind))
-            self._recorder.write(f"/{topic}", KINDS[kind], self._stamp, data)
+    def record(self, recorder: Recorder, parameters: str) -> None:
+        """Write the goal, the parameter file's text and all that was heard.
+
+        In the order in which it was said, not heard, and at the robot's time, not ours.
+        """
+        now = self._began or 0
+        goal = PoseStamped()
+        goal.pose.position.x, goal.pose.position.y = self._settings.goal
+        goal.pose.orientation.w = 1.0
+        text = String(data=parameters)
+        recorder.write("/parameters", "std_msgs/msg/String", now, serialize_message(text))
+        recorder.write("/goal_pose", KINDS[PoseStamped], now, serialize_message(goal))
+        for heard in sorted(self._heard, key=lambda heard: heard.said):
+            now = max(now, heard.stamp)
+            recorder.write(heard.topic, KINDS[heard.kind], now, heard.cdr)
+
+    def _listen(self, topic: str, kind: Any, callback: Any) -> None:
+        """Subscribe; every message is kept as it came, then handed to `callback`."""
+
+        def on_message(cdr: bytes, info: dict[str, int]) -> None:
+            stamp = callback(deserialize_message(cdr, kind))
+            self._heard.append(_Heard(info["source_timestamp"], f"/{topic}", kind, stamp, cdr))
 
         self.create_subscription(kind, topic, on_message, 100, raw=True)
 
-    def _on_odometry(self, message: OdometryMessage) -> None:
-        self._see(message.header.stamp)
-        self.believed, _ = self._odometry.update(reading(message))
+    def _on_odometry(self, message: OdometryMessage) -> int:
+        stamp = self._see(message.header.stamp)
+        self.believed, _ = self._odometry.update(Reading.of(message))
+        return stamp
 
-    def _on_truth(self, message: PoseStamped) -> None:
-        self._see(message.header.stamp)
+    def _on_truth(self, message: PoseStamped) -> int:
+        stamp = self._see(message.header.stamp)
         position, q = message.pose.position, message.pose.orientation
         self.path.append(Pose(position.x, position.y, *heading(q.z, q.w)))
+        return stamp
 
-    def _on_command(self, message: Any) -> None:
+    def _on_command(self, message: Any) -> int:
         twist = message.twist if isinstance(message, TwistStamped) else message
         self.twist = Twist(twist.linear.x, twist.angular.z)
+        return 0  # a Twist has no stamp
 
-    def _see(self, stamp: Any) -> None:
+    def _see(self, stamp: Any) -> int:
         self._stamp = stamp.sec * 10**9 + stamp.nanosec
         if self._began is None:
             self._began = self._stamp
+        return self._stamp

@@ -2,7 +2,7 @@
 """From odometry messages to the pose in the world, whatever the messages look like."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ COS_TILT = math.cos(math.radians(30.0))
 
 
 class Reading(NamedTuple):
-    """What is used of one odometry message: stamp [s], position [m] and quaternion."""
+    """What is used of one odometry message: stamp [s], position [m], quaternion and frame."""
 
     stamp: float
     x: float
@@ -27,6 +27,16 @@ class Reading(NamedTuple):
     q_y: float
     q_z: float
     q_w: float
+    frame: str = "odom"
+
+    @classmethod
+    def of(cls, message: Any) -> "Reading":
+        """Return what is used of a nav_msgs/Odometry, whichever library decoded it."""
+        stamp, position = message.header.stamp, message.pose.pose.position
+        q = message.pose.pose.orientation
+        seconds = stamp.sec + stamp.nanosec * 1e-9
+        frame = message.header.frame_id
+        return cls(seconds, position.x, position.y, q.x, q.y, q.z, q.w, frame)
 
 
 class Notice(NamedTuple):
@@ -47,8 +57,9 @@ class Odometry:
     can have moved is a reset: the robot is where it was, and the frame has moved.
     """
 
-    def __init__(self, initial: Pose, limits: Limits) -> None:
+    def __init__(self, initial: Pose, limits: Limits, world_frame: str = "map") -> None:
         self.frame: Pose | None = None  # pose of the odometry frame in the world
+        self._frame_names = (world_frame, "odom")
         self._initial = initial
         self._limits = limits
         self._last: tuple[float, Pose] | None = None
@@ -60,7 +71,18 @@ class Odometry:
         if self.frame is None:
             self.frame = self._initial.compose(pose.inverse())
         self._last = reading.stamp, pose
+        self._frame_names = self._frame_names[0], reading.frame
         return self.frame.compose(pose), notices
+
+    def in_world(self, frame: str, x: float, y: float) -> tuple[float, float]:
+        """Return a point [m] of a frame in the world. Raises GradnavError for an unknown frame."""
+        world, odometry = self._frame_names
+        if frame in ("", world):
+            return x, y
+        if frame == odometry and self.frame is not None:
+            point = self.frame.compose(Pose(x, y, 1.0, 0.0))
+            return float(point.x), float(point.y)
+        raise GradnavError(f"frame {frame} is unknown here; it must be {world} or {odometry}")
 
     def _compared(self, stamp: float, pose: Pose) -> list[Notice]:
         """Return notices about a message as compared to the last; move the frame on a jump."""
@@ -93,7 +115,7 @@ class Odometry:
 
 def _decoded(reading: Reading) -> Pose:
     """Return the pose in the odometry frame. Raises BadOdometryError."""
-    if not all(map(math.isfinite, reading)):
+    if not all(map(math.isfinite, reading[:-1])):
         raise BadOdometryError(f"odometry is not finite: {_worded(reading)}")
     if max(abs(reading.x), abs(reading.y)) > FAR:
         raise BadOdometryError(f"odometry is impossibly far away: {_worded(reading)}")

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.unicycle import Twist
 
 
 class Recorder:
@@ -19,6 +20,16 @@ class Recorder:
         self._typestore = typestore
         self._connections: dict[str, Any] = {}
 
+    def write_command(self, stamp: int, twist: Twist) -> None:
+        """Append a command to /cmd_vel as Twist at time `stamp` [ns]."""
+        types = self._typestore.types
+        vector, kind = types["geometry_msgs/msg/Vector3"], "geometry_msgs/msg/Twist"
+        message = types[kind](
+            linear=vector(float(twist.v), 0.0, 0.0), angular=vector(0.0, 0.0, float(twist.omega))
+        )
+        data = self._typestore.serialize_cdr(message, kind)
+        self.write("/cmd_vel", kind, stamp, bytes(data))
+
     def write(self, topic: str, kind: str, stamp: int, data: bytes) -> None:
         """Append a message in CDR of type `kind` at time `stamp` [ns]."""
         if topic not in self._connections:
@@ -26,6 +37,12 @@ class Recorder:
                 topic, kind, typestore=self._typestore
             )
         self._writer.write(self._connections[topic], stamp, data)
+
+
+def refuse_other_than_bag(path: Path) -> None:
+    """Raise GradnavError if there is something at `path` that is no bag."""
+    if path.exists() and not (path / "metadata.yaml").is_file():
+        raise GradnavError(f"{path}: it exists and is no bag; it is left alone")
 
 
 @contextmanager
@@ -41,8 +58,7 @@ def recording(path: Path | str) -> Iterator[Recorder]:
     except ImportError as error:
         raise GradnavError("bags need rosbags: pip install tbot_gradnav[bags]") from error
     target = Path(path)
-    if target.exists() and not (target / "metadata.yaml").is_file():
-        raise GradnavError(f"{target}: it exists and is no bag; it is left alone")
+    refuse_other_than_bag(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".gradnav-", dir=target.parent) as folder:

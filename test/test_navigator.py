@@ -221,3 +221,35 @@ def test_fake_robot_resets_its_odometry(graph):
     graph.until(future.done, "answer")
     assert future.result().success
     graph.until(lambda: heard[-1].pose.pose.position.x < 0.05, "reset")
+
+TRAP = """
+goal: [0, 0]
+initial_pose: [2.3, 0.1, 3]
+robot_radius: 0.1
+obstacles:
+  names: [a, b, c, d, e]
+  a: {x: 1.3, y: 0.0, radius: 0.2}
+  b: {x: 1.4, y: 0.45, radius: 0.2}
+  c: {x: 1.4, y: -0.45, radius: 0.2}
+  d: {x: 1.8, y: 0.7, radius: 0.2}
+  e: {x: 1.8, y: -0.7, radius: 0.2}
+real_time_factor: 8.0
+use_sim_time: true
+"""
+
+
+def test_says_that_it_is_stuck_and_stands(graph, parameter_file):
+    file = parameter_file(TRAP)
+    commands = graph.listen(TwistMessage, "cmd_vel")
+    graph.start("fake_robot", "--ros-args", "--params-file", file)
+    drive = navigator(graph, file)
+    graph.until(lambda: "stuck at" in drive.words, "complaint", patience=30.0)
+    for word in ("phi =", "|grad phi| =", "gradnav check", "influence_distance"):
+        assert word in drive.words
+    graph.spin(0.5)
+    del commands[:]
+    graph.until(lambda: len(commands) > 20, "commands")
+    assert all(c.linear.x == 0.0 and c.angular.z == 0.0 for c in commands)
+    send_goal(graph, 2.3, 0.3, "map")
+    graph.until(lambda: "arrived" in drive.words, "arrival at another goal")
+    assert drive.words.count("stuck at") == 1

@@ -17,7 +17,7 @@ import numpy as np
 from tbot_gradnav import parameter_file, plots, shipped
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.options import Configuration
-from tbot_gradnav.recording import recording
+from tbot_gradnav.recording import recording, refuse_other_than_bag
 from tbot_gradnav.settings import Settings
 
 NODES = ("fake_robot", "navigator")
@@ -43,9 +43,11 @@ def run(options: argparse.Namespace) -> int:
     Configuration.of(parameter_file.read(file, "/fake_robot"))
     if not configuration.settings.has_goal:
         raise GradnavError(f"{file}: goal is missing")
+    refuse_other_than_bag(out / "bag")
     _keep_to_this_machine()
+    observer = _watched(file, configuration)
     with recording(out / "bag") as recorder:
-        observer = _watched(file, configuration, recorder)
+        observer.record(recorder, file.read_text(encoding="utf-8"))
     _draw(out / "demo.png", configuration.settings, observer)
     print(f"picture: {out / 'demo.png'}\nbag:     {out / 'bag'}")
     return _verdict(observer)
@@ -58,7 +60,7 @@ def _keep_to_this_machine() -> None:
     print(f"to look on from another terminal: export ROS_DOMAIN_ID={domain}")
 
 
-def _watched(file: Path, configuration: Configuration, recorder: Any) -> Any:
+def _watched(file: Path, configuration: Configuration) -> Any:
     """Run both nodes until the robot arrives, collides or gives up; return who watched."""
     try:
         import rclpy
@@ -69,7 +71,7 @@ def _watched(file: Path, configuration: Configuration, recorder: Any) -> Any:
     with ExitStack() as stack:
         rclpy.init(args=[])
         stack.callback(rclpy.try_shutdown)
-        observer = Observer(configuration, recorder)
+        observer = Observer(configuration)
         stack.callback(observer.destroy_node)
         processes = [stack.enter_context(_node(name, file)) for name in NODES]
         _spin(observer, processes, configuration.settings)
@@ -108,6 +110,7 @@ def _spin(observer: Any, processes: list["subprocess.Popen[bytes]"], settings: S
             if now - reported > REPORT_PERIOD:
                 reported = now
                 print(_progress(observer, farthest), flush=True)
+        observer.refuse_company()
         if now - heard > SILENCE:
             raise GradnavError(f"the fake robot has been silent for {SILENCE:g} s")
         for name, process in zip(NODES, processes, strict=True):

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded robots: what of a bag the controller needs, in order, a message at a time."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.odometry import Reading
+from tbot_gradnav.unicycle import Twist
+
+TOPICS = {
+    "/odom": ("nav_msgs/msg/Odometry",),
+    "/cmd_vel": ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
+    "/goal_pose": ("geometry_msgs/msg/PoseStamped",),
+}
+STORAGE = (".mcap", ".db3")
+
+
+class RecordedGoal(NamedTuple):
+    """A goal of a bag: x, y [m] in a frame."""
+
+    frame: str
+    x: float
+    y: float
+
+
+class Event(NamedTuple):
+    """A message of a bag: when it was recorded [ns], what of it is used, and the whole in CDR."""
+
+    recorded: int
+    content: Reading | Twist | RecordedGoal
+    cdr: bytes
+
+
+class Bag:
+    """An open bag (rosbag2 sqlite3 or mcap, ROS 1)."""
+
+    def __init__(self, path: Path, reader: Any) -> None:
+        self._path = path
+        self._reader = reader
+        self._connections = [c for c in reader.connections if c.topic in TOPICS]
+        for connection in self._connections:
+            if connection.msgtype not in TOPICS[connection.topic]:
+                raise GradnavError(
+                    f"{path}: topic {connection.topic} is of type {connection.msgtype}; must be "
+                    + " or ".join(TOPICS[connection.topic])
+                )
+        if not self.count("/odom"):
+            topics = ", ".join(sorted({c.topic for c in reader.connections})) or "none"
+            raise GradnavError(f"{path}: no messages on topic /odom (topics: {topics})")
+
+    @property
+    def start(self) -> int:
+        """The time [ns] of the first message of any topic."""
+        return int(self._reader.start_time)
+
+    @property
+    def duration(self) -> float:
+        """Time [s] from the first to the last message of any topic."""
+        return float(self._reader.duration) * 1e-9
+
+    def count(self, topic: str) -> int:
+        """Return how many messages a topic has, by the bag's own account."""
+        return sum(c.msgcount for c in self._connections if c.topic == topic)
+
+    def events(self) -> Iterator[Event]:
+        """Yield the messages in the order of their recording. Raises GradnavError if damaged."""
+        for connection, recorded, data in _undamaged(
+            self._path, self._reader.messages(self._connections)
+        ):
+            try:
+                message = self._reader.deserialize(data, connection.msgtype)
+                cdr = data if self._reader.is2 else self._cdr(data, connection.msgtype)
+            except Exception as error:  # of whatever kind a broken message brings about
+                raise _damaged(self._path, error) from error
+            yield Event(recorded, _content(connection.topic, message), cdr)
+
+    def _cdr(self, ros1: bytes, kind: str) -> bytes:
+        return bytes(self._reader.typestore.ros1_to_cdr(ros1, kind))
+
+
+@contextmanager
+def opened(path: Path | str) -> Iterator[Bag]:
+    """Give the bag at a path: a rosbag2 folder, a single .mcap or .db3 file, or a ROS 1 .bag.
+
+    Raises GradnavError where there is none, it is damaged, or it has no odometry.
+    """
+    try:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        raise GradnavError("bags need rosbags: pip install tbot_gradnav[bags]") from error
+    target = Path(path)
+    if not target.exists():
+        raise GradnavError(f"{target}: no such bag")
+    # bags of Humble and before hold no type definitions
+    reader = AnyReader(_readable(target), default_typestore=get_typestore(Stores.ROS2_HUMBLE))
+    try:
+        reader.open()
+    except Exception as error:  # rosbags, sqlite and mcap have many kinds
+        raise _damaged(target, error) from error
+    try:
+        yield Bag(target, reader)
+    finally:
+        reader.close()
+
+
+def _readable(path: Path) -> list[Path]:
+    """Return what to open: the folder, or its files where metadata.yaml is missing or wrong."""
+    if path.is_file():
+        if path.suffix not in (*STORAGE, ".bag"):
+            raise GradnavError(f"{path}: no bag; must be a folder, .mcap, .db3 or .bag")
+        return [path]
+    files = sorted(file for file in path.iterdir() if file.suffix in STORAGE)
+    if not files and not (path / "metadata.yaml").is_file():
+        raise GradnavError(f"{path}: no bag; it holds no metadata.yaml, .mcap or .db3")
+    metadata = path / "metadata.yaml"
+    known = metadata.is_file() and all(
+        file.name in metadata.read_text(encoding="utf-8", errors="replace") for file in files
+    )
+    return [path] if known or not files else files
+
+
+def _undamaged(path: Path, messages: Iterator[Any]) -> Iterator[Any]:
+    try:
+        yield from messages
+    except GradnavError:
+        raise
+    except Exception as error:  # rosbags, sqlite and mcap have many kinds
+        raise _damaged(path, error) from error
+
+
+def _damaged(path: Path, error: Exception) -> GradnavError:
+    what = " ".join(str(error).split())[:120] or type(error).__name__
+    return GradnavError(f"{path}: the bag is damaged or of an unknown kind: {what}")
+
+
+def _content(topic: str, message: Any) -> Reading | Twist | RecordedGoal:
+    if topic == "/odom":
+        return Reading.of(message)
+    if topic == "/goal_pose":
+        position = message.pose.position
+        return RecordedGoal(message.header.frame_id, position.x, position.y)
+    twist = message.twist if hasattr(message, "twist") else message
+    return Twist(twist.linear.x, twist.angular.z)

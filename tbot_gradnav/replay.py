@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recorded odometry through the controller, and what comes out against what was recorded."""
+
+import math
+from collections import Counter, deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+from tbot_gradnav.bags import Bag, Event, RecordedGoal
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
+from tbot_gradnav.options import Configuration
+from tbot_gradnav.unicycle import STOP, Pose, Twist
+
+CANDIDATES = 3  # a command may still be on its way when the next odometry is recorded
+NS = 1e-9
+
+
+class Sample(NamedTuple):
+    """A message of the bag and what the controller made of it.
+
+    With odometry: the pose in the world and the computed command; with a recorded command: that,
+    and the computed one it is compared with.
+    """
+
+    t: float  # [s] since the bag began
+    event: Event
+    pose: Pose | None
+    computed: Twist | None
+    recorded: Twist | None
+
+
+@dataclass
+class Comparison:
+    """Differences between recorded and computed commands, kept as running figures."""
+
+    tolerance_v: float
+    tolerance_omega: float
+    matched: int = 0
+    max_v: float = 0.0
+    max_omega: float = 0.0
+    sum_v2: float = 0.0
+    sum_omega2: float = 0.0
+    first_divergence: float | None = None  # [s] since the bag began
+
+    def add(self, t: float, recorded: Twist, computed: Twist) -> None:
+        """Take note of a pair."""
+        dv, domega = _difference(recorded, computed)
+        self.matched += 1
+        self.max_v, self.max_omega = max(self.max_v, dv), max(self.max_omega, domega)
+        self.sum_v2 += dv * dv
+        self.sum_omega2 += domega * domega
+        beyond = not (dv <= self.tolerance_v and domega <= self.tolerance_omega)
+        if beyond and self.first_divergence is None:
+            self.first_divergence = t
+
+    @property
+    def equal(self) -> bool:
+        """Whether every pair agrees within the tolerances."""
+        return self.first_divergence is None
+
+    @property
+    def rms(self) -> tuple[float, float]:
+        """Root mean square of the differences in v [m/s] and omega [rad/s]."""
+        n = max(self.matched, 1)
+        return math.sqrt(self.sum_v2 / n), math.sqrt(self.sum_omega2 / n)
+
+
+@dataclass
+class Replay:
+    """A replay of a bag: iterate `samples` once; the figures are complete after it."""
+
+    configuration: Configuration
+    bag: Bag
+    comparison: Comparison
+    odometry: int = 0
+    commands: int = 0
+    notices: Counter[str] = field(default_factory=Counter)
+    examples: dict[str, str] = field(default_factory=dict)  # the first notice of each kind
+
+    def samples(self) -> Iterator[Sample]:
+        """Feed every message, in the order of its recording, and yield what came of it."""
+        options = self.configuration.navigator
+        navigation = Navigation(self.configuration.settings, options.world_frame)
+        recent: deque[Twist] = deque(maxlen=CANDIDATES)
+        heard = -math.inf  # [s] when the last good odometry was recorded
+        for event in self.bag.events():
+            t = (event.recorded - self.bag.start) * NS
+            if isinstance(event.content, Reading):
+                self.odometry += 1
+                pose, twist = self._fed(navigation, event.content)
+                heard = t if pose is not None else -math.inf
+                recent.append(twist or STOP)
+                yield Sample(t, event, pose, twist, None)
+            elif isinstance(event.content, RecordedGoal):
+                self._set_goal(navigation, event.content)
+            else:
+                self.commands += 1
+                stale = t - heard > options.odometry_timeout
+                computed = _nearest(event.content, [STOP] if stale else list(recent))
+                self.comparison.add(t, event.content, computed)
+                yield Sample(t, event, None, computed, event.content)
+
+    def warnings(self) -> list[str]:
+        """Return what stood out, a line for each kind with its count."""
+        return [
+            f"{self.examples[kind]}" + (f" (and {n - 1} more like it)" if n > 1 else "")
+            for kind, n in self.notices.items()
+            if kind != "arrived"
+        ]
+
+    def _fed(self, navigation: Navigation, reading: Reading) -> tuple[Pose | None, Twist | None]:
+        """Return pose and command for a message; no pose and a stop where it is unusable."""
+        try:
+            pose, twist, notices = navigation.update(reading)
+        except BadOdometryError as error:
+            self._note(Notice("bad odometry", str(error)))
+            return None, STOP
+        for notice in notices:
+            self._note(notice)
+        return pose, twist
+
+    def _set_goal(self, navigation: Navigation, goal: RecordedGoal) -> None:
+        try:
+            settings = replace(navigation.settings, goal=navigation.odometry.in_world(*goal))
+        except GradnavError as error:
+            self._note(Notice("goal", f"a goal was refused: {error}"))
+            return
+        navigation.change(settings)
+        navigation.restart()
+
+    def _note(self, notice: Notice) -> None:
+        self.notices[notice.kind] += 1
+        self.examples.setdefault(notice.kind, notice.text)
+
+
+def _nearest(recorded: Twist, candidates: list[Twist]) -> Twist:
+    return min(candidates, key=lambda twist: sum(_difference(recorded, twist)), default=STOP)
+
+
+def _difference(a: Twist, b: Twist) -> tuple[float, float]:
+    """Return |dv| [m/s] and |domega| [rad/s]; inf where a recorded command is not a number."""
+    dv, domega = abs(float(a.v) - float(b.v)), abs(float(a.omega) - float(b.omega))
+    return (dv if math.isfinite(dv) else math.inf), (domega if math.isfinite(domega) else math.inf)
