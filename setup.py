@@ -9,7 +9,7 @@ from setuptools import find_packages, setup
 NAME = "tbot_gradnav"
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 PLOT = ["matplotlib>=3.6"]
-BAGS = ["rosbags>=0.10"]
+BAGS = ["rosbags>=0.11"]
 TEST = ["pytest>=7", "hypothesis>=6", "pytest-timeout>=2", "wheel"]
 COLCON = ["colcon-common-extensions>=0.3", "setuptools<80"]
 LINT = ["ruff>=0.8", "mypy>=1.11", "types-PyYAML", *COLCON]

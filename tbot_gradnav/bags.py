@@ -78,7 +78,7 @@ class Bag:
             yield Event(recorded, _content(connection.topic, message), cdr)
 
     def _cdr(self, ros1: bytes, kind: str) -> bytes:
-        return bytes(self._reader.typestore.ros1_to_cdr(ros1, kind))
+        return bytes(self._reader.default_typestore.ros1_to_cdr(ros1, kind))
 
 
 @contextmanager

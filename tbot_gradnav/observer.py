@@ -10,7 +10,6 @@ from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message, serialize_message
-from std_msgs.msg import String
 
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import Odometry, Reading
@@ -103,8 +102,7 @@ class Observer(Node):
         goal = PoseStamped()
         goal.pose.position.x, goal.pose.position.y = self._settings.goal
         goal.pose.orientation.w = 1.0
-        text = String(data=parameters)
-        recorder.write("/parameters", "std_msgs/msg/String", now, serialize_message(text))
+        recorder.write_text("/parameters", now, parameters)
         recorder.write("/goal_pose", KINDS[PoseStamped], now, serialize_message(goal))
         for heard in sorted(self._heard, key=lambda heard: heard.said):
             now = max(now, heard.stamp)

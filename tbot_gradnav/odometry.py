@@ -93,6 +93,8 @@ class Odometry:
         dt = stamp - last_stamp
         if dt < 0.0:
             notices.append(Notice("backward", f"odometry stamps go back by {-dt:.3g} s"))
+        if dt == 0.0:
+            notices.append(Notice("repeated", f"an odometry stamp ({stamp:.9g} s) is repeated"))
         if dt > HOLE:
             notices.append(Notice("hole", f"no odometry for {dt:.3g} s by its stamps"))
         moved = last.inverse().compose(pose)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A bag written whole or not at all."""
 
+import math
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -8,7 +9,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.odometry import Reading
 from tbot_gradnav.unicycle import Twist
 
 
@@ -29,6 +33,36 @@ class Recorder:
         )
         data = self._typestore.serialize_cdr(message, kind)
         self.write("/cmd_vel", kind, stamp, bytes(data))
+
+    def write_odometry(self, stamp: int, reading: Reading) -> None:
+        """Append a reading to /odom as nav_msgs/Odometry at time `stamp` [ns]."""
+        types, kind = self._typestore.types, "nav_msgs/msg/Odometry"
+        pose, zero = types["geometry_msgs/msg/Pose"], types["geometry_msgs/msg/Vector3"](0, 0, 0)
+        seconds = math.floor(reading.stamp)
+        time = types["builtin_interfaces/msg/Time"](
+            seconds, min(round((reading.stamp - seconds) * 1e9), 999_999_999)
+        )
+        message = types[kind](
+            header=types["std_msgs/msg/Header"](time, reading.frame),
+            child_frame_id="base_footprint",
+            pose=types["geometry_msgs/msg/PoseWithCovariance"](
+                pose(
+                    types["geometry_msgs/msg/Point"](reading.x, reading.y, 0.0),
+                    types["geometry_msgs/msg/Quaternion"](*reading[3:7]),
+                ),
+                np.zeros(36),
+            ),
+            twist=types["geometry_msgs/msg/TwistWithCovariance"](
+                types["geometry_msgs/msg/Twist"](zero, zero), np.zeros(36)
+            ),
+        )
+        self.write("/odom", kind, stamp, bytes(self._typestore.serialize_cdr(message, kind)))
+
+    def write_text(self, topic: str, stamp: int, text: str) -> None:
+        """Append a std_msgs/String to a topic at time `stamp` [ns]."""
+        kind = "std_msgs/msg/String"
+        message = self._typestore.types[kind](text)
+        self.write(topic, kind, stamp, bytes(self._typestore.serialize_cdr(message, kind)))
 
     def write(self, topic: str, kind: str, stamp: int, data: bytes) -> None:
         """Append a message in CDR of type `kind` at time `stamp` [ns]."""
@@ -53,7 +87,7 @@ def recording(path: Path | str) -> Iterator[Recorder]:
     cannot be written.
     """
     try:
-        from rosbags.rosbag2 import StoragePlugin, Writer
+        from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         raise GradnavError("bags need rosbags: pip install tbot_gradnav[bags]") from error
@@ -63,7 +97,9 @@ def recording(path: Path | str) -> Iterator[Recorder]:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".gradnav-", dir=target.parent) as folder:
             unfinished = Path(folder) / target.name
-            with Writer(unfinished, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            writer = Writer(unfinished, version=9, storage_plugin=StoragePlugin.MCAP)
+            writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            with writer:
                 yield Recorder(writer, get_typestore(Stores.ROS2_JAZZY))
             if target.exists():
                 shutil.rmtree(target)

@@ -70,11 +70,16 @@ class Comparison:
 
 @dataclass
 class Replay:
-    """A replay of a bag: iterate `samples` once; the figures are complete after it."""
+    """A replay of a bag: iterate `samples` once; the figures are complete after it.
+
+    A recorded command is compared with those computed from the last few odometry messages before
+    it, the `candidates`, whichever is nearest.
+    """
 
     configuration: Configuration
     bag: Bag
     comparison: Comparison
+    candidates: int = CANDIDATES
     odometry: int = 0
     commands: int = 0
     notices: Counter[str] = field(default_factory=Counter)
@@ -84,7 +89,7 @@ class Replay:
         """Feed every message, in the order of its recording, and yield what came of it."""
         options = self.configuration.navigator
         navigation = Navigation(self.configuration.settings, options.world_frame)
-        recent: deque[Twist] = deque(maxlen=CANDIDATES)
+        recent: deque[Twist] = deque(maxlen=self.candidates)
         heard = -math.inf  # [s] when the last good odometry was recorded
         for event in self.bag.events():
             t = (event.recorded - self.bag.start) * NS

@@ -55,7 +55,8 @@ def run(options: argparse.Namespace) -> int:
         replay = Replay(configuration, bag, comparison)
         recorder = stack.enter_context(recording(options.out)) if options.out else None
         for sample in _with_progress(replay):
-            track.add(sample)
+            if options.plot:
+                track.add(sample)
             if recorder:
                 _record(recorder, sample)
         duration = bag.duration
