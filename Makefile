@@ -4,13 +4,16 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test lint clean
+.PHONY: demo test test-long lint clean
 
 demo: .venv/ready
 	$(BIN)/gradnav demo --out out/demo
 
 test: .venv/ready
 	$(BIN)/pytest
+
+test-long: .venv/ready
+	GRADNAV_WORLDS=200 $(BIN)/pytest test/test_check.py
 
 lint: .venv/ready
 	$(BIN)/ruff check .
