@@ -34,8 +34,8 @@ class Controller:
         at = self._state(pose)
         law = LAWS[settings.law]
         v, omega = settings.limits(*law(gear * settings.k_v, gear * settings.k_omega, at))
-        driving = ~self.arrived(at.rho)
-        return Twist(np.where(driving, v, 0.0), np.where(driving, omega, 0.0))
+        driving: Floats = np.where(self.arrived(at.rho), 0.0, 1.0)
+        return Twist(driving * v, driving * omega)
 
     def gear(self, pose: Pose) -> Floats:
         """Return +1 to keep the signs of the gains, -1 to flip both (Remark IV.4).

@@ -5,6 +5,9 @@
 class GradnavError(Exception):
     """Root of every error that is the user's to mend; its text is one line."""
 
+    def __init__(self, text: str) -> None:
+        super().__init__(" ".join(text.split()))
+
 
 class ParameterError(GradnavError):
     """A parameter has a value that is not allowed.
@@ -24,5 +27,8 @@ class ParameterError(GradnavError):
 
 
 def _short(value: object) -> str:
-    text = " ".join(repr(value).split())
+    try:
+        text = " ".join(repr(value).split())
+    except ValueError:  # Python refuses to print integers of thousands of digits
+        return "a number too long to print"
     return text if len(text) <= 60 else text[:57] + "..."

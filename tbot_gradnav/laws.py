@@ -14,7 +14,7 @@ import numpy as np
 
 from tbot_gradnav.unicycle import Floats, Twist
 
-NUDGE = 1e-3  # |sin beta| a robot is given that faces exactly the wrong way
+NUDGE = 0.1  # |sin beta| below which a robot that faces the wrong way turns on the spot
 
 
 class State(NamedTuple):
@@ -41,7 +41,7 @@ class Law(Protocol):
 def position(k_v: Floats, k_omega: Floats, at: State) -> Twist:
     """Eqs. (6)-(8): v = k_v rho, omega = k_omega sin(theta - alpha). Ignores the potential."""
     cos_beta, sin_beta = _between(at, at.cos_alpha, at.sin_alpha)
-    return Twist(k_v * at.rho, k_omega * _nudged(k_v, cos_beta, sin_beta))
+    return _nudged(Twist(k_v * at.rho, k_omega * sin_beta), k_v, k_omega, cos_beta, sin_beta)
 
 
 def radial(k_v: Floats, k_omega: Floats, at: State) -> Twist:
@@ -60,7 +60,7 @@ def heading(k_v: Floats, k_omega: Floats, at: State) -> Twist:
     It drives on while it turns and so can climb the potential and collide. For study.
     """
     cos_beta, sin_beta = _between(at, at.cos_gamma, at.sin_gamma)
-    return Twist(k_v * at.mu, k_omega * _nudged(k_v, cos_beta, sin_beta))
+    return _nudged(Twist(k_v * at.mu, k_omega * sin_beta), k_v, k_omega, cos_beta, sin_beta)
 
 
 def descent(k_v: Floats, k_omega: Floats, at: State) -> Twist:
@@ -72,7 +72,8 @@ def descent(k_v: Floats, k_omega: Floats, at: State) -> Twist:
     """
     cos_beta, sin_beta = _between(at, at.cos_gamma, at.sin_gamma)
     downhill = np.maximum(0.0, -np.sign(k_v) * cos_beta)
-    return Twist(k_v * at.mu * downhill, k_omega * _nudged(k_v, cos_beta, sin_beta))
+    ideal = Twist(k_v * at.mu * downhill, k_omega * sin_beta)
+    return _nudged(ideal, k_v, k_omega, cos_beta, sin_beta)
 
 
 LAWS: Mapping[str, Law] = {
@@ -92,10 +93,14 @@ def _between(at: State, cos: Floats, sin: Floats) -> tuple[Floats, Floats]:
     )
 
 
-def _nudged(k_v: Floats, cos_beta: Floats, sin_beta: Floats) -> Floats:
-    """Return sin beta, kept away from 0 at the unstable heading (Remark IV.4).
+def _nudged(
+    twist: Twist, k_v: Floats, k_omega: Floats, cos_beta: Floats, sin_beta: Floats
+) -> Twist:
+    """Return the twist, but a turn on the spot about the unstable heading (Remark IV.4).
 
-    No continuous law is without such a heading; a robot set down on it must not stay.
+    No continuous law is without such a heading, and a robot set down on it must not stay, nor
+    drive away for ever because its turning is too slow for its driver.
     """
     wrong_way = (np.sign(k_v) * cos_beta > 0.0) & (np.abs(sin_beta) < NUDGE)
-    return np.where(wrong_way, np.copysign(NUDGE, sin_beta), sin_beta)
+    turn = k_omega * np.copysign(NUDGE, sin_beta)
+    return Twist(np.where(wrong_way, 0.0, twist.v), np.where(wrong_way, turn, twist.omega))

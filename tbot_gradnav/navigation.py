@@ -10,8 +10,8 @@ from tbot_gradnav.odometry import Notice, Odometry, Reading
 from tbot_gradnav.settings import Settings
 from tbot_gradnav.unicycle import STOP, Floats, Pose, Twist
 
-STUCK_RADIUS = 0.1  # [m] a robot that stays within this ...
-STUCK_TIME = 10.0  # [s] ... for this long is stuck
+STUCK_RADIUS = 0.1  # [m] a robot that stays within this, or a quarter of its way to go, ...
+STUCK_TIME = 15.0  # [s] ... for this long is stuck
 INTERRUPTION = 1.0  # [s] without odometry, after which the time starts anew
 
 
@@ -84,7 +84,7 @@ class Navigation:
         if self._controller.arrived(distance):
             self._state = State.ARRIVED
             return [Notice("arrived", f"arrived, {distance:.3f} m from the goal")]
-        if self._progress.is_stuck(stamp, pose):
+        if self._progress.is_stuck(stamp, pose, distance):
             self._state = State.STUCK
             return [Notice("stuck", self._complaint(pose, distance))]
         return []
@@ -93,8 +93,8 @@ class Navigation:
         potential = self._controller.potential
         field = potential(pose.x, pose.y)
         return (
-            f"stuck at ({pose.x:.2f}, {pose.y:.2f}) m, {distance:.2f} m from the goal: within "
-            f"{STUCK_RADIUS:g} m for {STUCK_TIME:g} s, phi = {field.phi:.4g}, |grad phi| = "
+            f"stuck at ({pose.x:.2f}, {pose.y:.2f}) m, {distance:.2f} m from the goal: no "
+            f"progress for {STUCK_TIME:g} s, phi = {field.phi:.4g}, |grad phi| = "
             f"{field.polar[0]:.3g}. A minimum other than the goal? `gradnav check` tells. Try "
             f"{potential.advice}, or another goal"
         )
@@ -108,11 +108,11 @@ class _Progress:
         self._last = math.nan  # [s] stamp of the last message
         self._x = self._y = math.nan  # [m] where it is
 
-    def is_stuck(self, stamp: float, pose: Pose) -> bool:
-        """Take note of a pose; return whether the robot has stayed there for too long."""
+    def is_stuck(self, stamp: float, pose: Pose, distance: float) -> bool:
+        """Take note of pose and distance to the goal [m]; return whether it stayed for too long."""
         x, y = float(pose.x), float(pose.y)
         interrupted = not 0.0 <= stamp - self._last <= INTERRUPTION
         self._last = stamp
-        if interrupted or math.hypot(x - self._x, y - self._y) > STUCK_RADIUS:
+        if interrupted or math.hypot(x - self._x, y - self._y) > min(STUCK_RADIUS, distance / 4):
             self._since, self._x, self._y = stamp, x, y
         return stamp - self._since > STUCK_TIME

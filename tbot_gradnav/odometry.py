@@ -99,10 +99,8 @@ class Odometry:
             notices.append(Notice("hole", f"no odometry for {dt:.3g} s by its stamps"))
         moved = last.inverse().compose(pose)
         distance, angle = float(np.hypot(moved.x, moved.y)), abs(float(moved.theta))
-        slack = 2.0 * max(dt, 0.0)
-        if (
-            distance > JUMP_DISTANCE + slack * self._limits.v
-            or angle > JUMP_ANGLE + slack * self._limits.omega
+        if distance > _possible(JUMP_DISTANCE, self._limits.v, dt) or angle > _possible(
+            JUMP_ANGLE, self._limits.omega, dt
         ):
             self.frame = self.frame.compose(last).compose(pose.inverse())
             notices.append(
@@ -113,6 +111,11 @@ class Odometry:
                 )
             )
         return notices
+
+
+def _possible(slack: float, limit: float, dt: float) -> float:
+    """Return how far a robot may be seen to move in dt [s], which may be 0 or negative."""
+    return slack + 2.0 * limit * dt if dt > 0.0 else slack
 
 
 def _decoded(reading: Reading) -> Pose:

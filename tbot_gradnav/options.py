@@ -16,7 +16,6 @@ from tbot_gradnav.parameters import (
     build,
     field,
     parameters_of,
-    refuse_unknown,
 )
 from tbot_gradnav.settings import Settings, settings_parameters
 
@@ -92,18 +91,13 @@ class Configuration:
     def of(cls, values: Mapping[str, object]) -> "Configuration":
         """Return what parameters with dotted names describe. Raises ParameterError."""
         rest = {name: value for name, value in values.items() if not name.startswith(OF_ROS)}
-        refuse_unknown(rest, known_parameters(rest))
-        return cls(
-            navigator=build(NavigatorOptions, rest),
-            fake_robot=build(FakeRobotOptions, rest),
-            settings=Settings.of(rest),
-        )
+        options = build(NavigatorOptions, rest), build(FakeRobotOptions, rest)
+        return cls(Settings.of(rest, also_known=OPTIONS), *options)
+
+
+OPTIONS = parameters_of(NavigatorOptions) | parameters_of(FakeRobotOptions)
 
 
 def known_parameters(values: Mapping[str, object]) -> dict[str, tuple[Parameter, Any]]:
     """Return every parameter and its default, given which obstacles `values` name."""
-    return (
-        settings_parameters(values)
-        | parameters_of(NavigatorOptions)
-        | parameters_of(FakeRobotOptions)
-    )
+    return settings_parameters(values) | OPTIONS

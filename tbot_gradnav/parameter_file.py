@@ -16,6 +16,14 @@ from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.parameters import flatten
 
 PARAMETERS = "ros__parameters"
+NOT_YAML = (  # all that PyYAML raises at text that is none, or at tags that do not fit
+    yaml.YAMLError,
+    ValueError,
+    RecursionError,
+    LookupError,
+    TypeError,
+    AttributeError,
+)
 
 
 def read(path: Path | str, node: str = "/navigator") -> dict[str, object]:
@@ -40,7 +48,7 @@ def load(path: Path | str) -> dict[str, Any]:
         tree = yaml.load(Path(path).read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 (a SafeLoader)
     except OSError as error:
         raise GradnavError(f"{path}: {error.strerror}") from error
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
+    except NOT_YAML as error:
         raise GradnavError(f"{path}: it is not a YAML file: {_one_line(error)}") from error
     if not isinstance(tree, dict):
         raise GradnavError(f"{path}: it is not a ROS 2 parameter file: no '/**:' at its top")
@@ -72,7 +80,7 @@ def rewritten_rule(rule: str) -> str:
     name, assign, text = rule.partition(":=")
     try:
         value = yaml.load(text, Loader=_Loader)  # noqa: S506 (a SafeLoader)
-    except (yaml.YAMLError, ValueError, RecursionError):
+    except NOT_YAML:
         return rule  # rcl has its own words for it
     return f"{name}{assign}{_dumped(value).strip()}" if isinstance(value, list) else rule
 

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 from tbot_gradnav.errors import ParameterError
 
+LARGEST = 1e9  # of finite numbers; squares and products of such stay finite
 KEY = "parameter"  # of a dataclass field's metadata
 
 
@@ -69,6 +70,8 @@ class Number:
         if isinstance(value, int) and abs(value) > 1e300:  # float(value) would overflow
             raise ParameterError(name, value, self.allowed())
         number = float(value)
+        if math.isfinite(number) and abs(number) > LARGEST:
+            raise ParameterError(name, value, f"must be at most {LARGEST:g} in size")
         inside = number > self.above and self.at_least <= number <= self.at_most
         if math.isnan(number) or not (inside and (self.infinite or math.isfinite(number))):
             raise ParameterError(name, value, self.allowed())
@@ -276,5 +279,7 @@ def flatten(tree: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str,
 
 def did_you_mean(word: object, options: Iterable[str]) -> str:
     """Return a hint at the nearest of `options`, empty where none is near."""
-    near = difflib.get_close_matches(str(word), list(options), n=1)
+    if not isinstance(word, str):
+        return ""
+    near = difflib.get_close_matches(word, list(options), n=1)
     return f" (did you mean {near[0]}?)" if near else ""

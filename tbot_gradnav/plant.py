@@ -34,7 +34,7 @@ class Plant:
         self._rims = (0.0, 0.0)  # [m/s] speeds of the wheels' rims
         self._pending: deque[tuple[float, Twist]] = deque()
         self._now = 0.0
-        self._last_command = -math.inf
+        self._expiry = math.inf  # [s] when the last command loses its effect
 
     @property
     def twist(self) -> Twist:
@@ -45,18 +45,16 @@ class Plant:
     def receive(self, now: float, twist: Twist) -> None:
         """Take a command that arrives at time `now` [s]."""
         self._pending.append((now + self._options.command_latency, twist))
-        self._last_command = now
 
     def advance(self, now: float) -> None:
         """Move on to time `now` [s]."""
         while self._pending and self._pending[0][0] <= now:
             due, twist = self._pending.popleft()
+            self._expire(due)
             self._roll(max(due, self._now))
             self._drive(twist)
-        expiry = self._last_command + self._options.command_timeout
-        if self._options.command_timeout > 0.0 and self._now <= expiry < now:
-            self._roll(expiry)
-            self._rims = (0.0, 0.0)
+            self._expiry = due + (self._options.command_timeout or math.inf)
+        self._expire(now)
         self._roll(now)
 
     def read(self) -> Reading:
@@ -77,6 +75,12 @@ class Plant:
     def reset_odometry(self) -> None:
         """Begin the odometry anew at zero."""
         self._odometry = Pose.at(0.0, 0.0, 0.0)
+
+    def _expire(self, now: float) -> None:
+        """Stop the wheels at the end of the timeout, if that is before `now` [s]."""
+        if self._expiry < now:
+            self._roll(max(self._expiry, self._now))
+            self._rims, self._expiry = (0.0, 0.0), math.inf
 
     def _drive(self, twist: Twist) -> None:
         """Set the wheels' speeds as the driver would."""

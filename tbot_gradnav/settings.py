@@ -2,7 +2,7 @@
 """Everything one parameter file says about control and world."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -71,13 +71,17 @@ class Settings(Checked):
     potential_gains: Mapping[str, Mapping[str, object]] = dataclasses.field(default_factory=dict)
 
     @classmethod
-    def of(cls, values: Mapping[str, object]) -> "Settings":
-        """Return the settings that parameters with dotted names describe."""
+    def of(cls, values: Mapping[str, object], also_known: Iterable[str] = ()) -> "Settings":
+        """Return the settings that parameters with dotted names describe.
+
+        A name that is not a parameter is refused, with a hint at a near one, of these or of those
+        `also_known`.
+        """
         rest = dict(values)
         obstacles = _take_obstacles(rest)
         gains = {name: _take_gains(name, rest) for name in potentials()}
         settings = build(cls, rest, obstacles=obstacles, potential_gains=gains)
-        refuse_unknown(rest, settings_parameters(values))
+        refuse_unknown(rest, {*settings_parameters(values), *also_known})
         return settings
 
     def __post_init__(self) -> None:

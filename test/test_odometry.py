@@ -10,8 +10,9 @@ from arenas import ATTRACTIVE_REPULSIVE, NINE
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.limits import Limits
-from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.navigation import STUCK_TIME, Navigation, State
 from tbot_gradnav.odometry import BadOdometryError, Odometry, Reading
 from tbot_gradnav.options import FakeRobotOptions
 from tbot_gradnav.plant import Plant, driven
@@ -88,7 +89,7 @@ def test_a_quaternion_of_absurd_size_still_has_a_heading(size):
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("field", Reading._fields)
+@pytest.mark.parametrize("field", ["stamp", "x", "y", "q_x", "q_y", "q_z", "q_w"])
 def test_a_message_that_is_not_finite_is_bad(field, value):
     with pytest.raises(BadOdometryError):
         odometry().update(GOOD._replace(**{field: value}))
@@ -120,6 +121,30 @@ def test_a_bad_message_in_between_is_forgotten():
         pose, notices = track.update(message)
         assert notices == []
     assert close(pose, step(START, Twist(0.2, 1.0), 9 * PERIOD))
+
+
+@given(first=POSES, point=POSES)
+def test_a_point_of_the_odometry_frame_is_the_same_point_of_the_world(first, point):
+    """A robot that odometry says is at a point stands there in the world as well."""
+    track = odometry()
+    track.update(reading(0.0, first))
+    ahead, _ = track.update(reading(1e6, point))  # late enough not to be a jump
+    assert close(track.in_world("odom", point.x, point.y), ahead[:2], 1e-8)
+    for frame in ("map", ""):
+        assert track.in_world(frame, point.x, point.y) == (point.x, point.y)
+
+
+@pytest.mark.parametrize("frame", ["base_link", "Map", "odom "])
+def test_a_point_of_another_frame_is_refused(frame):
+    track = odometry()
+    track.update(GOOD)
+    with pytest.raises(GradnavError, match="unknown"):
+        track.in_world(frame, 0.0, 0.0)
+
+
+def test_before_the_first_message_the_odometry_frame_is_unknown():
+    with pytest.raises(GradnavError, match="unknown"):
+        odometry().in_world("odom", 0.0, 0.0)
 
 
 # What stands out
@@ -162,7 +187,7 @@ def test_a_jump_is_seen_whatever_the_limits():
     track = Odometry(START, Limits(v=math.inf, omega=math.inf, wheel=math.inf))
     track.update(reading(1.0, Pose.at(1.0, 1.0, 0.0)))
     _, notices = track.update(reading(1.0, Pose.at(5.0, 1.0, 0.0)))
-    assert kinds(notices) == ["jump"]
+    assert "jump" in kinds(notices)
 
 
 @pytest.mark.parametrize("twist", [Twist(0.2097, 0.0), Twist(-0.2097, 0.0), Twist(0.0, 2.6)])
@@ -193,13 +218,21 @@ def test_a_stamp_that_goes_back_is_noticed():
     assert close(pose, START.compose(Pose.at(0.01, 0.0, 0.0)))
 
 
+def test_a_stamp_that_is_repeated_is_noticed():
+    track = odometry()
+    track.update(GOOD)
+    pose, notices = track.update(GOOD)
+    assert kinds(notices) == ["repeated"]
+    assert close(pose, START)
+
+
 @pytest.mark.parametrize(
     ("degrees", "noticed"), [(0, []), (25, []), (35, ["tilt"]), (90, ["tilt"])]
 )
 def test_a_robot_that_lies_on_its_side_is_noticed(degrees, noticed):
     half = math.radians(degrees) / 2.0
     track = odometry()
-    for message in (GOOD, GOOD._replace(q_x=math.sin(half), q_w=math.cos(half))):
+    for message in (GOOD, GOOD._replace(stamp=PERIOD, q_x=math.sin(half), q_w=math.cos(half))):
         pose, notices = track.update(message)
     assert kinds(notices) == noticed
     assert close(pose, START)
@@ -242,23 +275,25 @@ def test_10000_messages_of_garbage_end_in_a_command_within_the_limits_or_a_bad_o
         assert abs(v) <= drive.v
         assert abs(omega) <= drive.omega
         assert abs(v) + 0.08 * abs(omega) <= drive.wheel * (1.0 + 1e-12)
-        if track.arrived:
+        if track.state is not State.DRIVING:
             track.restart()
     assert min(counts.values()) > 1000
 
 
 def test_without_a_goal_there_is_no_command():
-    assert Navigation(Settings.of({})).update(GOOD).twist is None
+    track = Navigation(Settings.of({}))
+    assert track.update(GOOD).twist is None
+    assert track.state is State.IDLE
 
 
 def test_a_robot_that_arrived_stays_put_and_says_so_once():
     track = navigation(initial_pose=[0.02, 0.0, 0.0])
     told = []
     for place in (0.0, 0.08, 0.3):  # pushed away afterwards, slowly
-        twist, notices = track.update(reading(place * 20.0, Pose.at(place, 0.0, 0.0)))
-        assert twist == STOP
-        told += [kind for kind in kinds(notices) if kind == "arrived"]
-    assert track.arrived
+        outcome = track.update(reading(place * 20.0, Pose.at(place, 0.0, 0.0)))
+        assert outcome.twist == STOP
+        told += [kind for kind in kinds(outcome.notices) if kind == "arrived"]
+    assert track.state is State.ARRIVED
     assert told == ["arrived"]
 
 
@@ -266,7 +301,7 @@ def test_a_new_goal_starts_a_new_drive_from_where_the_robot_is():
     track = navigation(initial_pose=[0.0, 0.0, 0.0])
     assert track.update(GOOD).twist == STOP
     track.change(Settings.of({**NINE, **ATTRACTIVE_REPULSIVE, "goal": [0.5, 0.0]}))
-    assert not track.arrived
+    assert track.state is State.DRIVING
     assert track.update(GOOD._replace(stamp=PERIOD)).twist.v > 0.0
 
 
@@ -274,7 +309,7 @@ def test_other_settings_for_the_same_goal_do_not_forget_the_arrival():
     track = navigation(initial_pose=[0.0, 0.0, 0.0])
     track.update(GOOD)
     track.change(Settings.of({**NINE, **ATTRACTIVE_REPULSIVE, "k_v": 0.4}))
-    assert track.arrived
+    assert track.state is State.ARRIVED
 
 
 def test_the_gear_is_kept_for_a_whole_drive():
@@ -283,9 +318,47 @@ def test_the_gear_is_kept_for_a_whole_drive():
     assert track.update(reading(0.0, Pose.at(0.0, 0.0, 0.0))).twist.v > 0.0
     half_round = [Pose.at(0.0, 0.0, angle) for angle in np.arange(0.0, math.pi, 0.2)]
     for i, pose in enumerate(half_round):
-        twist, notices = track.update(reading((1 + i) * 0.2, pose))
-        assert twist.v >= 0.0
-        assert notices == []
+        outcome = track.update(reading((1 + i) * 0.2, pose))
+        assert outcome.twist.v >= 0.0
+        assert outcome.notices == []
+
+
+def standing(track, seconds, since=0.0):
+    """Feed a navigation the odometry of a robot that does not move; return the last outcome."""
+    for i in range(round(seconds / PERIOD) + 1):
+        outcome = track.update(GOOD._replace(stamp=since + i * PERIOD))
+    return outcome
+
+
+def test_a_robot_that_gets_nowhere_is_stuck_and_stands():
+    track = navigation()
+    assert standing(track, STUCK_TIME - 1.0).twist != STOP
+    assert track.state is State.DRIVING
+    assert standing(track, 2.0, since=STUCK_TIME - 1.0).twist == STOP
+    assert track.state is State.STUCK
+
+
+def test_a_robot_that_is_stuck_says_so_once_and_in_one_line():
+    track, told = navigation(), []
+    for i in range(1000):
+        told += track.update(GOOD._replace(stamp=i * PERIOD)).notices
+    assert kinds(told) == ["stuck"]
+    assert len(told[0].text.splitlines()) == 1
+
+
+def test_a_robot_that_was_stuck_tries_again_with_other_settings():
+    track = navigation()
+    standing(track, STUCK_TIME + 1.0)
+    other = {**NINE, **ATTRACTIVE_REPULSIVE, "k_v": 0.4, "initial_pose": [-3.4, -2.2, 2.0]}
+    track.change(Settings.of(other))
+    assert track.state is State.DRIVING
+    assert standing(track, 1.0, since=STUCK_TIME + 1.0).twist != STOP
+
+
+def test_time_without_odometry_is_not_time_spent_stuck():
+    track = navigation()
+    for i in range(10):
+        assert standing(track, 3.0, since=i * 100.0).twist != STOP
 
 
 # The fake robot
@@ -497,9 +570,11 @@ def drive(settings, options, seconds=200.0, reset_at=-1.0):
         if i == round(reset_at / PERIOD):
             robot.reset_odometry()
         robot.receive(i * PERIOD, track.update(robot.read()).twist)
-        if track.arrived:
+        if track.state is State.ARRIVED:
             return truth
-    raise AssertionError(f"it did not arrive: {robot.pose} after {seconds} s")
+        if track.state is State.STUCK:
+            break
+    raise AssertionError(f"it did not arrive but is {track.state}: {robot.pose} after {i} periods")
 
 
 def is_home(settings, pose, tolerance):
@@ -522,6 +597,20 @@ def test_a_reset_of_the_odometry_on_the_way_costs_no_more_than_one_period_of_mot
     to_go = math.hypot(at_reset.x, at_reset.y)
     lost = PERIOD * (settings.limits.v + settings.limits.omega * to_go)
     assert is_home(settings, truth[-1], settings.xy_goal_tolerance + lost)
+
+
+SLOW = {
+    "gains of the paper": {"k_v": 0.1, "k_omega": 0.5, "limits.wheel_floor": 0.0},
+    "crawling robot": {"limits.v": 0.009, "limits.wheel": 0.009, "limits.wheel_floor": 0.0},
+}
+
+
+@pytest.mark.parametrize("slow", SLOW.values(), ids=SLOW.keys())
+def test_a_robot_that_is_slow_but_on_its_way_is_not_stuck(slow):
+    start = {"goal": [0.0, 0.0], "initial_pose": [0.5, 0.0, 3.0], "xy_goal_tolerance": 0.02}
+    law = {"law": "position", "speed_shaping": "exponential"}
+    settings = Settings.of({**start, **law, **slow})
+    assert is_home(settings, drive(settings, FakeRobotOptions())[-1], 0.02)
 
 
 @pytest.mark.parametrize("law", ["position", "heading", "descent"])

@@ -69,7 +69,7 @@ def test_every_parameter_reaches_its_place():
     obstacle = settings.obstacles["a"]
     assert (obstacle.x, obstacle.y, obstacle.radius) == (1.0, 0.0, 0.3)
     assert settings.limits.v == 0.1
-    assert settings.make_potential().k_repulsive == 0.5
+    assert settings.chosen_potential.k_repulsive == 0.5
 
 
 def test_limits_may_be_infinite():
@@ -84,7 +84,7 @@ def test_every_default_is_a_value_that_is_allowed():
 def test_every_default_may_be_given_explicitly():
     defaults = {name: default for name, (_, default) in known_parameters({}).items()}
     explicit, implicit = Configuration.of(defaults), Configuration.of({})
-    assert explicit.settings.make_potential() == implicit.settings.make_potential()
+    assert explicit.settings.chosen_potential == implicit.settings.chosen_potential
     assert (explicit.navigator, explicit.fake_robot) == (implicit.navigator, implicit.fake_robot)
     gains = {"potential_gains": {}}
     assert replace(explicit.settings, **gains) == replace(implicit.settings, **gains)
@@ -156,8 +156,8 @@ REFUSED = {
         ["attractive_repulsive.k_repulsive", "-1.0", "above 0"],
     ),
     "gain of a potential that is not chosen": (
-        {"potential": "quadratic", "navigation_function.k": 0.0},
-        ["navigation_function.k", "0.0", "above 0"],
+        {"potential": "quadratic", "navigation_function.k": -1.0},
+        ["navigation_function.k", "-1.0", "at least 0"],
     ),
     "navigation function without a boundary": (
         {"potential": "navigation_function"},
@@ -190,6 +190,11 @@ REFUSED = {
     "start outside": (
         {"initial_pose": [0.0, 2.0, 0.0], "boundary.radius": 2.0},
         ["initial_pose", "[0.0, 2.0]", "outside the boundary"],
+    ),
+    "half a start": ({"starts": [1.0, 2.0, 0.0, 4.0]}, ["starts", "4.0", "n times 3"]),
+    "one of the starts in an obstacle": (
+        {**ONE, "starts": [0.0, 2.0, 0.0, 1.1, 0.1, 0.0]},
+        ["starts", "[1.1, 0.1]", "inside obstacles.a"],
     ),
     "obstacle without an entry": (
         {**ONE, "obstacles.names": ["a", "b"]},
@@ -383,6 +388,12 @@ def test_a_namespace_may_be_a_level_of_its_own(read):
     body = "/ns:\n  navigator:\n    ros__parameters:\n      k_v: 1\n"
     assert read(body, "/ns/navigator") == {"k_v": 1}
     refusal_of(read, body, "/navigator")
+
+
+def test_sections_before_and_after_a_namespace_are_read_too(read):
+    inside = "/ns:\n  navigator:\n    ros__parameters:\n      k_v: 1\n"
+    body = section("/**", "k_omega: 5", "goal: [0, 0]") + inside + section("/*/*", "k_omega: 6")
+    assert read(body, "/ns/navigator") == {"k_omega": 6, "goal": [0, 0], "k_v": 1}
 
 
 def test_later_sections_override_earlier_ones(read):
