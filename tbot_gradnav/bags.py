@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.odometry import Reading
+from tbot_gradnav.odometry import GoalPose, Reading
 from tbot_gradnav.unicycle import Twist
 
 TOPICS = {
@@ -18,19 +18,11 @@ TOPICS = {
 STORAGE = (".mcap", ".db3")
 
 
-class RecordedGoal(NamedTuple):
-    """A goal of a bag: x, y [m] in a frame."""
-
-    frame: str
-    x: float
-    y: float
-
-
 class Event(NamedTuple):
     """A message of a bag: when it was recorded [ns], what of it is used, and the whole in CDR."""
 
     recorded: int
-    content: Reading | Twist | RecordedGoal
+    content: Reading | Twist | GoalPose
     cdr: bytes
 
 
@@ -137,11 +129,10 @@ def _damaged(path: Path, error: Exception) -> GradnavError:
     return GradnavError(f"{path}: the bag is damaged or of an unknown kind: {what}")
 
 
-def _content(topic: str, message: Any) -> Reading | Twist | RecordedGoal:
+def _content(topic: str, message: Any) -> Reading | Twist | GoalPose:
     if topic == "/odom":
         return Reading.of(message)
     if topic == "/goal_pose":
-        position = message.pose.position
-        return RecordedGoal(message.header.frame_id, position.x, position.y)
+        return GoalPose.of(message)
     twist = message.twist if hasattr(message, "twist") else message
     return Twist(twist.linear.x, twist.angular.z)

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """The whole controller: pose, potential, law, limits, command."""
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tbot_gradnav import shaping
+from tbot_gradnav import pose_law, shaping
 from tbot_gradnav.laws import LAWS, TOWARDS_GOAL, State
 from tbot_gradnav.potentials import Potential
 from tbot_gradnav.settings import Settings
@@ -34,7 +36,9 @@ class Controller:
         at = self._state(pose)
         law = LAWS[settings.law]
         v, omega = settings.limits(*law(gear * settings.k_v, gear * settings.k_omega, at))
-        driving: Floats = np.where(self.arrived(at.rho), 0.0, 1.0)
+        if settings.goal_heading is not None:
+            v, omega = self._aligned(at, v, omega, settings.goal_heading)
+        driving: Floats = np.where(self.arrived(pose), 0.0, 1.0)
         return Twist(driving * v, driving * omega)
 
     def gear(self, pose: Pose) -> Floats:
@@ -57,9 +61,33 @@ class Controller:
         goal_x, goal_y = self.settings.world.goal
         return np.hypot(pose.x - goal_x, pose.y - goal_y)
 
-    def arrived(self, distance: Floats) -> NDArray[np.bool_]:
-        """Return whether a robot at this distance [m] from the goal has arrived."""
-        return np.less_equal(distance, self.settings.xy_goal_tolerance)
+    def arrived(self, pose: Pose) -> NDArray[np.bool_]:
+        """Return whether a robot is at the goal and, if that matters, headed as it asks."""
+        settings = self.settings
+        there = np.less_equal(self.distance(pose), settings.xy_goal_tolerance)
+        if settings.goal_heading is None:
+            return there
+        cos, sin = settings.goal_heading
+        aligned = np.greater_equal(
+            pose.cos * cos + pose.sin * sin, math.cos(settings.yaw_goal_tolerance)
+        )
+        return np.logical_and(there, aligned)
+
+    @cached_property
+    def _ball(self) -> float:
+        return pose_law.ball(self.settings.world)
+
+    def _aligned(self, at: State, v: Floats, omega: Floats, heading: tuple[float, float]) -> Twist:
+        """Return the command of the pose law where it holds, else the one given."""
+        settings = self.settings
+        inside = at.rho <= self._ball
+        there = at.rho <= settings.xy_goal_tolerance
+        align = settings.limits(*pose_law.align(at, *heading))
+        turn = settings.limits(*pose_law.turn(at, *heading))
+        return Twist(
+            np.where(there, turn.v, np.where(inside, align.v, v)),
+            np.where(there, turn.omega, np.where(inside, align.omega, omega)),
+        )
 
     def _state(self, pose: Pose) -> State:
         settings = self.settings

@@ -81,7 +81,7 @@ class Navigation:
     def _judged(self, stamp: float, pose: Pose) -> list[Notice]:
         """Find out whether the drive has ended, and say so."""
         distance = float(self._controller.distance(pose))
-        if self._controller.arrived(distance):
+        if self._controller.arrived(pose):
             self._state = State.ARRIVED
             return [Notice("arrived", f"arrived, {distance:.3f} m from the goal")]
         if self._progress.is_stuck(stamp, pose, distance):

@@ -15,7 +15,7 @@ from tbot_gradnav import ros
 from tbot_gradnav.command_publisher import CommandPublisher
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.navigation import Navigation, State
-from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
+from tbot_gradnav.odometry import BadOdometryError, GoalPose, Notice, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.unicycle import STOP
 
@@ -107,10 +107,7 @@ class Navigator(Node):
 
     def _on_goal(self, message: PoseStamped) -> None:
         try:
-            position = message.pose.position
-            goal = self._navigation.odometry.in_world(
-                message.header.frame_id, position.x, position.y
-            )
+            goal = self._navigation.odometry.in_world(GoalPose.of(message))
         except GradnavError as error:
             self.get_logger().error(f"goal refused: {error}")
             return
@@ -167,7 +164,10 @@ class Navigator(Node):
 
 
 def _worded(goal: Sequence[float]) -> str:
-    return f"({goal[0]:g}, {goal[1]:g}) m" if goal else "none, waiting for goal_pose"
+    if not goal:
+        return "none, waiting for goal_pose"
+    yaw = f", {goal[2]:g} rad" if len(goal) == 3 else ""
+    return f"({goal[0]:g}, {goal[1]:g}) m{yaw}"
 
 
 def main(arguments: Sequence[str] = sys.argv) -> int:

@@ -2,10 +2,11 @@
 """The node that watches a demo: it records what passes and knows where the robot truly is."""
 
 import os
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped, TwistStamped
+from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
 from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
@@ -15,7 +16,7 @@ from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import Odometry, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.recording import Recorder
-from tbot_gradnav.unicycle import STOP, Pose, Twist, heading
+from tbot_gradnav.unicycle import STOP, Pose, Twist, heading, quaternion
 
 KINDS = {
     OdometryMessage: "nav_msgs/msg/Odometry",
@@ -48,6 +49,7 @@ class Observer(Node):
         self.twist: Twist | None = None
         self.believed: Pose | None = None  # by odometry, in the world
         self.path: list[Pose] = []  # where it truly was
+        self.times: list[float] = []  # [s] and when
         stamped = configuration.navigator.cmd_vel_type == "twist_stamped"
         self._listen("odom", OdometryMessage, self._on_odometry)
         self._listen("ground_truth", PoseStamped, self._on_truth)
@@ -100,8 +102,8 @@ class Observer(Node):
         """
         now = self._began or 0
         goal = PoseStamped()
-        goal.pose.position.x, goal.pose.position.y = self._settings.goal
-        goal.pose.orientation.w = 1.0
+        goal.pose.position.x, goal.pose.position.y = self._settings.goal[:2]
+        goal.pose.orientation = _orientation(self._settings.goal)
         recorder.write_text("/parameters", now, parameters)
         recorder.write("/goal_pose", KINDS[PoseStamped], now, serialize_message(goal))
         for heard in sorted(self._heard, key=lambda heard: heard.said):
@@ -125,6 +127,7 @@ class Observer(Node):
     def _on_truth(self, message: PoseStamped) -> int:
         stamp = self._see(message.header.stamp)
         position, q = message.pose.position, message.pose.orientation
+        self.times.append(self.seconds)
         self.path.append(Pose(position.x, position.y, *heading(q.z, q.w)))
         return stamp
 
@@ -138,3 +141,9 @@ class Observer(Node):
         if self._began is None:
             self._began = self._stamp
         return self._stamp
+
+
+def _orientation(goal: Sequence[float]) -> Quaternion:
+    """Return the orientation of a goal; zeros where it asks for none."""
+    q_z, q_w = quaternion(goal[2]) if len(goal) == 3 else (0.0, 0.0)
+    return Quaternion(z=q_z, w=q_w)

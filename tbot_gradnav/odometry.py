@@ -39,6 +39,22 @@ class Reading(NamedTuple):
         return cls(seconds, position.x, position.y, q.x, q.y, q.z, q.w, frame)
 
 
+class GoalPose(NamedTuple):
+    """What is used of a goal message; a quaternion of zeros asks for no orientation."""
+
+    frame: str
+    x: float
+    y: float
+    q_z: float
+    q_w: float
+
+    @classmethod
+    def of(cls, message: Any) -> "GoalPose":
+        """Return what is used of a geometry_msgs/PoseStamped, whichever library decoded it."""
+        position, q = message.pose.position, message.pose.orientation
+        return cls(message.header.frame_id, position.x, position.y, q.z, q.w)
+
+
 class Notice(NamedTuple):
     """Something worth a word: its kind, so that it can be said once or counted, and the word."""
 
@@ -74,15 +90,22 @@ class Odometry:
         self._frame_names = self._frame_names[0], reading.frame
         return self.frame.compose(pose), notices
 
-    def in_world(self, frame: str, x: float, y: float) -> tuple[float, float]:
-        """Return a point [m] of a frame in the world. Raises GradnavError for an unknown frame."""
+    def in_world(self, goal: GoalPose) -> tuple[float, ...]:
+        """Return a goal in the world frame: x, y [m] and, if it has an orientation, yaw [rad].
+
+        Raises GradnavError for an unknown frame.
+        """
         world, odometry = self._frame_names
-        if frame in ("", world):
-            return x, y
-        if frame == odometry and self.frame is not None:
-            point = self.frame.compose(Pose(x, y, 1.0, 0.0))
-            return float(point.x), float(point.y)
-        raise GradnavError(f"frame {frame} is unknown here; it must be {world} or {odometry}")
+        turned = goal.q_z != 0.0 or goal.q_w != 0.0
+        pose = Pose(goal.x, goal.y, *(heading(goal.q_z, goal.q_w) if turned else (1.0, 0.0)))
+        if goal.frame == odometry and self.frame is not None:
+            pose = self.frame.compose(pose)
+        elif goal.frame not in ("", world):
+            raise GradnavError(
+                f"frame {goal.frame} is unknown here; it must be {world} or {odometry}"
+            )
+        place = float(pose.x), float(pose.y)
+        return (*place, float(pose.theta)) if turned else place
 
     def _compared(self, stamp: float, pose: Pose) -> list[Notice]:
         """Return notices about a message as compared to the last; move the frame on a jump."""

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from tbot_gradnav.bags import Bag, Event, RecordedGoal
+from tbot_gradnav.bags import Bag, Event
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.navigation import Navigation
-from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
+from tbot_gradnav.odometry import BadOdometryError, GoalPose, Notice, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.unicycle import STOP, Pose, Twist
 
@@ -99,7 +99,7 @@ class Replay:
                 heard = t if pose is not None else -math.inf
                 recent.append(twist or STOP)
                 yield Sample(t, event, pose, twist, None)
-            elif isinstance(event.content, RecordedGoal):
+            elif isinstance(event.content, GoalPose):
                 self._set_goal(navigation, event.content)
             else:
                 self.commands += 1
@@ -127,9 +127,9 @@ class Replay:
             self._note(notice)
         return pose, twist
 
-    def _set_goal(self, navigation: Navigation, goal: RecordedGoal) -> None:
+    def _set_goal(self, navigation: Navigation, goal: GoalPose) -> None:
         try:
-            settings = replace(navigation.settings, goal=navigation.odometry.in_world(*goal))
+            settings = replace(navigation.settings, goal=navigation.odometry.in_world(goal))
         except GradnavError as error:
             self._note(Notice("goal", f"a goal was refused: {error}"))
             return

@@ -2,6 +2,7 @@
 """Everything one parameter file says about control and world."""
 
 import dataclasses
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -51,7 +52,12 @@ class Settings(Checked):
     deceleration: float = field(0.5, Number("deceleration of brake", "m/s^2", above=0.0))
     potential: str = field("attractive_repulsive", Choice("potential", tuple(potentials())))
     goal: tuple[float, ...] = field(
-        (), Numbers("x, y of the goal in the world frame; empty: wait for goal_pose", "m", (0, 2))
+        (),
+        Numbers(
+            "x, y of the goal in the world frame, and yaw if it matters; empty: wait for goal_pose",
+            "m, rad",
+            (0, 2, 3),
+        ),
     )
     initial_pose: tuple[float, ...] = field(
         (0.0, 0.0, 0.0),
@@ -65,6 +71,9 @@ class Settings(Checked):
         0.105, Number("obstacles and boundary are inflated by it", "m", at_least=0.0)
     )
     xy_goal_tolerance: float = field(0.05, Number("how near the goal is arrived", "m", above=0.0))
+    yaw_goal_tolerance: float = field(
+        0.05, Number("how near the goal's yaw is arrived, if it matters", "rad", above=0.0)
+    )
     limits: Limits = dataclasses.field(default_factory=Limits)
     boundary: Boundary = dataclasses.field(default_factory=Boundary)
     obstacles: Mapping[str, Circle] = dataclasses.field(default_factory=dict)
@@ -92,13 +101,18 @@ class Settings(Checked):
         for x, y, _ in self.all_starts[1:]:
             self.world.refuse_occupied("starts", x, y)
         if self.has_goal:
-            self.world.refuse_occupied("goal", *self.goal)
+            self.world.refuse_occupied("goal", *self.goal[:2])
         _ = self.chosen_potential  # which refuses what it cannot be made of
 
     @property
     def has_goal(self) -> bool:
         """Whether a goal is set."""
         return len(self.goal) > 0
+
+    @cached_property
+    def goal_heading(self) -> tuple[float, float] | None:
+        """(cos, sin) of the yaw that the goal asks for; None where it asks for none."""
+        return (math.cos(self.goal[2]), math.sin(self.goal[2])) if len(self.goal) == 3 else None
 
     @cached_property
     def world(self) -> World:

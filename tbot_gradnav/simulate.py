@@ -73,7 +73,7 @@ def simulate(
         runs.final_distance[driving] = distance
         runs.time[driving] = tick * dt
         runs.collided[driving] = hit = np.less(clearance, 0.0)
-        runs.arrived[driving] = home = controller.arrived(distance) & ~hit
+        runs.arrived[driving] = home = controller.arrived(pose) & ~hit
         driving = driving[~(hit | home)]
         if driving.size == 0:
             break

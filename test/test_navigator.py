@@ -133,6 +133,7 @@ def send_goal(graph, x, y, frame):
     message = PoseStamped()
     message.header.frame_id = frame
     message.pose.position.x, message.pose.position.y = float(x), float(y)
+    message.pose.orientation.w = 0.0  # no orientation
     publisher.publish(message)
     return publisher
 
@@ -222,6 +223,7 @@ def test_fake_robot_resets_its_odometry(graph):
     assert future.result().success
     graph.until(lambda: heard[-1].pose.pose.position.x < 0.05, "reset")
 
+
 TRAP = """
 goal: [0, 0]
 initial_pose: [2.3, 0.1, 3]
@@ -253,3 +255,11 @@ def test_says_that_it_is_stuck_and_stands(graph, parameter_file):
     send_goal(graph, 2.3, 0.3, "map")
     graph.until(lambda: "arrived" in drive.words, "arrival at another goal")
     assert drive.words.count("stuck at") == 1
+
+
+def test_a_goal_with_an_orientation_is_reached_with_it(graph, parameter_file):
+    robot = Robot(graph, 0.0, 0.0, 0.0)
+    drive = navigator(graph, parameter_file("goal: [0.4, 0.1, 1.5]\nxy_goal_tolerance: 0.02"))
+    graph.until(lambda: "arrived" in drive.words, "arrival", patience=30.0)
+    assert robot.distance(0.4, 0.1) <= 0.03
+    assert abs(float(robot.plant.pose.theta) - 1.5) <= 0.06
