@@ -13,7 +13,7 @@ test: .venv/ready
 	$(BIN)/pytest
 
 test-long: .venv/ready
-	GRADNAV_WORLDS=200 $(BIN)/pytest test/test_check.py
+	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 $(BIN)/pytest --timeout 3000 test/test_check.py test/test_shapes.py
 
 lint: .venv/ready
 	$(BIN)/ruff check .

@@ -143,18 +143,13 @@ def overlaps(world: World) -> list[tuple[str, str, float]]:
 
     The boundary counts as the obstacle of this name.
     """
-    named = list(world.obstacles.items())
+    named, width = list(world.obstacles.items()), 2.0 * world.robot_radius
     found = []
     for i, (name, a) in enumerate(named):
-        for other, b in named[:i]:
-            gap = float(np.hypot(a.x - b.x, a.y - b.y)) - a.radius - b.radius
-            if gap <= 2.0 * world.robot_radius:
-                found.append((other, name, gap))
+        gaps = [(other, name, world.gap(a, b)) for other, b in named[:i]]
         if world.bounded:
-            edge = world.boundary
-            gap = edge.radius - float(np.hypot(a.x - edge.x, a.y - edge.y)) - a.radius
-            if gap <= 2.0 * world.robot_radius:
-                found.append(("boundary", name, gap))
+            gaps.append(("boundary", name, world.room_around(a)))
+        found += [pair for pair in gaps if pair[2] <= width]
     return found
 
 

@@ -10,7 +10,10 @@ from importlib import import_module
 from tbot_gradnav.errors import GradnavError
 
 COMMANDS = {
+    "check": "certify a world before a robot moves in it",
     "demo": "drive a fake robot to its goal: two nodes, a picture and a bag",
+    "figures": "draw the figures of the paper",
+    "replay": "recorded odometry through the controller, against the recorded commands",
     "simulate": "drive one robot or thousands without ROS",
 }
 INTERRUPTED = 130

@@ -21,10 +21,13 @@ def rho(t: Floats, rho_0: Floats, beta_0: Floats, k_v: float, k_omega: float) ->
 
 
     As printed, eq. (20) drops the lower limit of its integral and does not even give
-    rho(0) = rho_0. With it, rho(t) = rho_0 (sin beta(t) / sin beta_0)^(k_v / k_beta).
+    rho(0) = rho_0. With it, rho(t) = rho_0 (sin beta(t) / sin beta_0)^(k_v / k_beta), here
+    with sin beta = 2 eta / (1 + eta^2) so that it holds at sin beta_0 = 0 as well.
     """
-    ratio = np.sin(beta(t, beta_0, k_v, k_omega)) / np.sin(beta_0)
-    return rho_0 * ratio ** (k_v / (k_omega - k_v))
+    k_beta, eta_0 = k_omega - k_v, np.tan(beta_0 / 2.0)
+    ratio = (1.0 + eta_0**2) / (1.0 + (eta_0 * np.exp(k_beta * t)) ** 2)
+    result: Floats = rho_0 * np.exp(k_v * t) * ratio ** (k_v / k_beta)
+    return result
 
 
 def rho_as_printed(t: Floats, rho_0: Floats, beta_0: Floats, k_v: float, k_omega: float) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav import pose_law, shaping
-from tbot_gradnav.laws import LAWS, TOWARDS_GOAL, State
+from tbot_gradnav.laws import LAWS, TOWARDS_GOAL, Law, State
 from tbot_gradnav.potentials import Potential
 from tbot_gradnav.settings import Settings
 from tbot_gradnav.unicycle import Floats, Pose, Twist
@@ -24,18 +24,18 @@ class Controller:
 
     settings: Settings
     potential: Potential
+    law: Law
 
     @classmethod
     def of(cls, settings: Settings) -> "Controller":
         """Return the controller that `settings` describe. Raises ParameterError."""
-        return cls(settings, settings.chosen_potential)
+        return cls(settings, settings.chosen_potential, LAWS[settings.law])
 
     def command(self, pose: Pose, gear: Floats) -> Twist:
         """Return the command at `pose` (world frame) in a gear, zero at the goal."""
         settings = self.settings
         at = self._state(pose)
-        law = LAWS[settings.law]
-        v, omega = settings.limits(*law(gear * settings.k_v, gear * settings.k_omega, at))
+        v, omega = settings.limits(*self.law(gear * settings.k_v, gear * settings.k_omega, at))
         if settings.goal_heading is not None:
             v, omega = self._aligned(at, v, omega, settings.goal_heading)
         driving: Floats = np.where(self.arrived(pose), 0.0, 1.0)

@@ -45,11 +45,12 @@ class Observer(Node):
         self._heard: list[_Heard] = []
         self._odometry = Odometry(self._settings.start, self._settings.limits)
         self._stamp = 0  # [ns] of the last message that had one
-        self._began: int | None = None
+        self._began: int | None = None  # [ns] the first stamp
+        self._moved: int | None = None  # [ns] the first stamp with another pose
         self.twist: Twist | None = None
         self.believed: Pose | None = None  # by odometry, in the world
         self.path: list[Pose] = []  # where it truly was
-        self.times: list[float] = []  # [s] and when
+        self.times: list[float] = []  # [s] and when, since the first odometry
         stamped = configuration.navigator.cmd_vel_type == "twist_stamped"
         self._listen("odom", OdometryMessage, self._on_odometry)
         self._listen("ground_truth", PoseStamped, self._on_truth)
@@ -57,8 +58,9 @@ class Observer(Node):
 
     @property
     def seconds(self) -> float:
-        """Time [s] since the first odometry, by its stamps."""
-        return 0.0 if self._began is None else (self._stamp - self._began) * 1e-9
+        """Time [s] since the robot first moved; before that, since the first odometry."""
+        since = self._began if self._moved is None else self._moved
+        return 0.0 if since is None else (self._stamp - since) * 1e-9
 
     @property
     def clearance(self) -> float:
@@ -85,6 +87,11 @@ class Observer(Node):
         goal, tolerance = self._settings.goal, self._settings.xy_goal_tolerance
         distance = np.hypot(self.believed.x - goal[0], self.believed.y - goal[1])
         return bool(distance <= tolerance)
+
+    @property
+    def done(self) -> bool:
+        """Whether the robot has arrived or collided."""
+        return self.arrived or self.collided
 
     def refuse_company(self) -> None:
         """Raise GradnavError if another robot or another driver is on this ROS domain."""
@@ -126,9 +133,11 @@ class Observer(Node):
 
     def _on_truth(self, message: PoseStamped) -> int:
         stamp = self._see(message.header.stamp)
+        self.times.append((stamp - (self._began or stamp)) * 1e-9)
         position, q = message.pose.position, message.pose.orientation
-        self.times.append(self.seconds)
         self.path.append(Pose(position.x, position.y, *heading(q.z, q.w)))
+        if self._moved is None and self.path[-1] != self.path[0]:
+            self._moved = stamp
         return stamp
 
     def _on_command(self, message: Any) -> int:

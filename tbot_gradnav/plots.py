@@ -3,6 +3,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.files import written_whole
 from tbot_gradnav.potentials import Potential
 from tbot_gradnav.simulate import extent
-from tbot_gradnav.world import World
+from tbot_gradnav.world import Boundary, World
 
 GRID = 301  # points a side of the contours' grid
 LEVELS = 24
@@ -46,25 +47,17 @@ def figure(path: Path | str, width: float = 7.0, height: float = 7.0, **grid: An
 
 def draw_world(ax: Any, world: World) -> None:
     """Draw obstacles, their inflation, boundary and goal; axes in metres, equal scale."""
-    from matplotlib.patches import Circle
-
-    for name, circle in world.obstacles.items():
-        centre = (circle.x, circle.y)
-        ax.add_patch(Circle(centre, circle.radius, color=OBSTACLE_COLOUR, zorder=3))
-        ax.add_patch(
-            Circle(
-                centre,
-                circle.radius + world.robot_radius,
-                fill=False,
-                ls=":",
-                color=INFLATION_COLOUR,
-                zorder=3,
-            )
+    for name, shape in world.obstacles.items():
+        ax.fill(*shape.outline, color=OBSTACLE_COLOUR, lw=0, zorder=3)
+        ax.annotate(
+            name, shape.centre, color="white", ha="center", va="center", fontsize=7, zorder=4
         )
-        ax.annotate(name, centre, color="white", ha="center", va="center", fontsize=7, zorder=4)
-    c_x, c_y, radius = extent(world)
     if world.bounded:
-        ax.add_patch(Circle((c_x, c_y), radius, fill=False, color="black", lw=1.5, zorder=3))
+        x, y = world.boundary.region.outline
+        ax.plot(np.append(x, x[0]), np.append(y, y[0]), color="black", lw=1.5, zorder=3)
+    c_x, c_y, radius = extent(world)
+    if world.obstacles:
+        _draw_inflation(ax, world)
     ax.plot(
         *world.goal,
         marker="*",
@@ -85,12 +78,33 @@ def draw_world(ax: Any, world: World) -> None:
     )
 
 
-def draw_potential(ax: Any, potential: Potential) -> None:
-    """Draw contours of a potential over the free space, as many points between any two levels."""
-    world = potential.world
+def _draw_inflation(ax: Any, world: World) -> None:
+    """Draw where the robot's centre may not go, as a dotted line around each obstacle."""
+    obstacles = replace(world, boundary=Boundary())
+    x, y = _grid(world)
+    ax.contour(
+        x,
+        y,
+        obstacles.clearance(x, y),
+        [0.0],
+        colors=INFLATION_COLOUR,
+        linestyles="dotted",
+        linewidths=1.0,
+        zorder=3,
+    )
+
+
+def _grid(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     c_x, c_y, radius = extent(world)
     steps = np.linspace(-1.05 * radius, 1.05 * radius, GRID)
     x, y = np.meshgrid(c_x + steps, c_y + steps)
+    return x, y
+
+
+def draw_potential(ax: Any, potential: Potential) -> None:
+    """Draw contours of a potential over the free space, as many points between any two levels."""
+    world = potential.world
+    x, y = _grid(world)
     free = np.greater(world.clearance(x, y), 0.0)
     phi = np.ma.masked_where(~free, potential(x, y).phi)
     levels = np.unique(np.quantile(phi.compressed(), np.linspace(0.0, 1.0, LEVELS)))
@@ -104,32 +118,45 @@ def draw_potential(ax: Any, potential: Potential) -> None:
 def draw_path(ax: Any, path: NDArray[np.float64], arrows: int = 12, **line: Any) -> None:
     """Draw a path of shape (3, steps): x, y [m] and theta [rad], the heading as arrows."""
     style = {"color": PATH_COLOUR, "lw": 1.8, "zorder": 5} | line
-    x, y, theta = path
+    x, y = path[:2]
     ax.plot(x, y, **style)
     travelled = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    at = np.unique(np.searchsorted(travelled, np.linspace(0.0, travelled[-1], arrows)))
-    ax.quiver(
-        x[at],
-        y[at],
-        np.cos(theta[at]),
-        np.sin(theta[at]),
-        angles="xy",
-        scale=28,
-        width=0.0035,
-        color=style["color"],
-        zorder=style["zorder"],
-    )
+    at = np.unique(np.searchsorted(travelled, np.linspace(0.0, travelled[-1], arrows + 2)[1:-1]))
+    _draw_headings(ax, path[:, at], 0.23, color=style["color"], zorder=style["zorder"])
     ax.plot(x[0], y[0], marker="o", ms=6, color=START_COLOUR, zorder=6, ls="")
-    ax.quiver(
-        x[0],
-        y[0],
-        np.cos(theta[0]),
-        np.sin(theta[0]),
-        angles="xy",
-        scale=18,
-        width=0.005,
-        color=START_COLOUR,
-        zorder=6,
+    _draw_headings(ax, path[:, :1], 0.36, color=START_COLOUR, zorder=6)
+
+
+def casing() -> list[Any]:
+    """Return the path_effects of a line that stands out on a shaded ground, in grey too."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=3.6, foreground="white")]
+
+
+def _draw_headings(ax: Any, path: NDArray[np.float64], length: float, **style: Any) -> None:
+    """Draw an arrow of some length [in] along the heading at each pose of `path`."""
+    x, y, theta = path
+    inches = {"units": "inches", "scale_units": "inches", "angles": "xy"}
+    shape = {"scale": 1.0 / length, "width": 0.09 * length}
+    ax.quiver(x, y, np.cos(theta), np.sin(theta), **inches, **shape, **style)
+
+
+def label_start(ax: Any, path: NDArray[np.float64], text: str) -> None:
+    """Write a word beside the start of a path, where neither its heading nor its course is."""
+    theta = path[2, 0]
+    side = np.array([-np.sin(theta), np.cos(theta)])
+    course = path[:2, path.shape[1] // 8] - path[:2, 0]
+    offset = -11.0 * side if side @ course > 0.0 else 11.0 * side
+    ax.annotate(
+        text,
+        path[:2, 0],
+        offset,
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        fontweight="bold",
+        zorder=7,
     )
 
 

@@ -25,12 +25,15 @@ from tbot_gradnav.parameters import (
     refuse_unknown,
 )
 from tbot_gradnav.potentials import Potential, potentials
+from tbot_gradnav.shapes import SHAPES, Shape
 from tbot_gradnav.shaping import SHAPINGS
 from tbot_gradnav.unicycle import Pose
-from tbot_gradnav.world import Boundary, Circle, World
+from tbot_gradnav.world import Boundary, World
 
 OBSTACLES = "obstacles."
-NAMES = Names("names of the obstacles; each has x, y [m] and radius [m] of its own")
+NAMES = Names("names of the obstacles; each has an entry of its own")
+SHAPE = Choice("shape of an obstacle", tuple(SHAPES))
+OPTIONAL = "yaw"  # of an obstacle; all else must be given
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ class Settings(Checked):
     )
     limits: Limits = dataclasses.field(default_factory=Limits)
     boundary: Boundary = dataclasses.field(default_factory=Boundary)
-    obstacles: Mapping[str, Circle] = dataclasses.field(default_factory=dict)
+    obstacles: Mapping[str, Shape] = dataclasses.field(default_factory=dict)
     potential_gains: Mapping[str, Mapping[str, object]] = dataclasses.field(default_factory=dict)
 
     @classmethod
@@ -170,21 +173,25 @@ def settings_parameters(values: Mapping[str, object]) -> dict[str, tuple[Paramet
         found.update({f"{name}.{gain}": entry for gain, entry in gains.items()})
     found["obstacles.names"] = (NAMES, ())
     for obstacle in NAMES.check("obstacles.names", values.get("obstacles.names", ())):
-        entries = parameters_of(Circle)
-        found.update({f"{OBSTACLES}{obstacle}.{key}": entry for key, entry in entries.items()})
+        prefix = f"{OBSTACLES}{obstacle}."
+        found[prefix + "shape"] = (SHAPE, "circle")
+        shape = SHAPE.check(prefix + "shape", values.get(prefix + "shape", "circle"))
+        entries = parameters_of(SHAPES[shape])
+        found.update({prefix + key: entry for key, entry in entries.items()})
     return found
 
 
-def _take_obstacles(values: dict[str, object]) -> dict[str, Circle]:
+def _take_obstacles(values: dict[str, object]) -> dict[str, Shape]:
     """Take the obstacles out of `values`: those in obstacles.names, each with its entry."""
     names = NAMES.check("obstacles.names", values.pop("obstacles.names", ()))
     obstacles = {}
     for name in names:
         prefix = f"{OBSTACLES}{name}."
-        for key in parameters_of(Circle):
-            if prefix + key not in values:
+        shape = SHAPE.check(prefix + "shape", values.pop(prefix + "shape", "circle"))
+        for key in parameters_of(SHAPES[shape]):
+            if prefix + key not in values and key != OPTIONAL:
                 raise ParameterError("obstacles.names", list(names), f"{prefix}{key} is missing")
-        obstacles[name] = build(Circle, values, prefix)
+        obstacles[name] = build(SHAPES[shape], values, prefix)
     for name in values:
         if name.startswith(OBSTACLES) and name.split(".")[1] not in names:
             raise ParameterError(name, values[name], "its obstacle is not in obstacles.names")

@@ -15,6 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.shapes import Circle
 from tbot_gradnav.world import World
 
 Array = NDArray[np.float64]
@@ -59,7 +61,10 @@ class _Roads:
     """
 
     def __init__(self, world: World) -> None:
-        discs = np.array([(c.x, c.y) for c in world.obstacles.values()]).reshape(-1, 2)
+        circles = [c for c in world.obstacles.values() if isinstance(c, Circle)]
+        if len(circles) < len(world.obstacles) or world.boundary.shape != "circle":
+            raise GradnavError("shortest paths are known among circles only")
+        discs = np.array([(c.x, c.y) for c in circles]).reshape(-1, 2)
         x, y = discs.T
         edge = world.boundary
         self.discs = _Turns(x, y, world.size[: x.size])

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.shapes import Shape
 from tbot_gradnav.unicycle import Pose, step
 from tbot_gradnav.world import World
 
@@ -110,12 +111,17 @@ def random_starts(world: World, n: int, seed: int) -> Pose:
 def extent(world: World) -> tuple[float, float, float]:
     """Return centre x, y and radius [m] of the disc in which the world plays."""
     if world.bounded:
-        return world.boundary.x, world.boundary.y, world.boundary.radius
+        region = world.boundary.region
+        return (*region.centre, _reach(region, *region.centre))
     goal_x, goal_y = world.goal
-    reach = [
-        np.hypot(c.x - goal_x, c.y - goal_y) + c.radius + 0.5 for c in world.obstacles.values()
-    ]
-    return goal_x, goal_y, float(max([2.0, *reach]))
+    reach = [_reach(shape, goal_x, goal_y) + 0.5 for shape in world.obstacles.values()]
+    return goal_x, goal_y, max([2.0, *reach])
+
+
+def _reach(shape: Shape, x: float, y: float) -> float:
+    """Return how far a shape goes from (x, y) [m]."""
+    outline_x, outline_y = shape.outline
+    return float(np.max(np.hypot(outline_x - x, outline_y - y)))
 
 
 def _snapshot(now: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 """The world a robot moves in: a goal, obstacles, a boundary, and how far away they are."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,60 +12,74 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav.errors import ParameterError
-from tbot_gradnav.parameters import Checked, Number, field
+from tbot_gradnav.parameters import Checked, Choice, Number, Numbers, field
+from tbot_gradnav.shapes import Circle, Polygon, Shape, outward, refuse_unless_convex
 from tbot_gradnav.unicycle import Floats
+
+Array = NDArray[np.float64]
 
 TOUCHING = 1e-9  # [m] potentials see a robot at or inside an obstacle this far outside: led out
 
 
 @dataclass(frozen=True)
-class Circle(Checked):
-    """A circular obstacle."""
-
-    x: float = field(0.0, Number("centre", "m"))
-    y: float = field(0.0, Number("centre", "m"))
-    radius: float = field(0.0, Number("radius", "m", above=0.0))
-
-
-@dataclass(frozen=True)
 class Boundary(Checked):
-    """The disc that the robot must not leave."""
+    """The convex region that the robot must not leave: a disc, or a room with straight walls."""
 
-    x: float = field(0.0, Number("centre of the boundary", "m"))
-    y: float = field(0.0, Number("centre of the boundary", "m"))
-    radius: float = field(
-        0.0, Number("radius of the boundary; 0: there is none", "m", at_least=0.0)
-    )
+    x: float = field(0.0, Number("centre of a circle", "m"))
+    y: float = field(0.0, Number("centre of a circle", "m"))
+    radius: float = field(0.0, Number("radius of a circle; 0: there is none", "m", at_least=0.0))
+    shape: str = field("circle", Choice("shape of the boundary", ("circle", "polygon")))
+    points: tuple[float, ...] = field((), Numbers("corners of a polygon, x y x y ...", "m", rows=2))
+
+    def __post_init__(self) -> None:
+        """Check that a polygon is convex."""
+        super().__post_init__()
+        if self.shape == "polygon":
+            refuse_unless_convex(self.points)
+
+    @property
+    def exists(self) -> bool:
+        """Whether there is a boundary at all."""
+        return self.shape == "polygon" or self.radius > 0.0
+
+    @property
+    def region(self) -> Shape:
+        """What is enclosed, as a shape."""
+        if self.shape == "polygon":
+            return Polygon(self.points)
+        return Circle(self.x, self.y, self.radius)
 
 
 class Distances(NamedTuple):
-    """How far the robot is from everything; first axis: the obstacles, then the boundary if any.
+    """How far the robot is from everything; the first axis is that of the rows of a World.
 
     d: distance [m] from the robot's disc, negative where it overlaps; (n_x, n_y): its gradient,
     the unit vector pointing away.
     """
 
-    d: NDArray[np.float64]
-    n_x: NDArray[np.float64]
-    n_y: NDArray[np.float64]
+    d: Array
+    n_x: Array
+    n_y: Array
 
 
 @dataclass(frozen=True)
 class World:
     """A goal (x, y) [m] among obstacles, for a robot of some radius [m].
 
-    The laws steer a point, so obstacles and boundary are inflated by the robot's radius.
-    Raises ParameterError where obstacles overlap or lie outside the boundary.
+    The laws steer a point, so obstacles and boundary are inflated by the robot's radius. There is
+    a row for each circle (a circular boundary the last of them), each other obstacle, and each
+    wall of a room. Raises ParameterError where obstacles overlap or lie outside the boundary.
     """
 
     goal: tuple[float, float] = (0.0, 0.0)
-    obstacles: Mapping[str, Circle] = dataclasses.field(default_factory=dict)
+    obstacles: Mapping[str, Shape] = dataclasses.field(default_factory=dict)
     boundary: Boundary = dataclasses.field(default_factory=Boundary)
     robot_radius: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that the obstacles are apart and inside."""
-        if self.bounded and self.boundary.radius <= self.robot_radius:
+        region = self.boundary.region.size if self.bounded else math.inf
+        if region <= self.robot_radius:
             raise ParameterError(
                 "boundary.radius",
                 self.boundary.radius,
@@ -75,35 +90,46 @@ class World:
     @property
     def bounded(self) -> bool:
         """Whether there is a boundary."""
-        return self.boundary.radius > 0.0
+        return self.boundary.exists
 
     @cached_property
-    def size(self) -> NDArray[np.float64]:
-        """Inflated radius [m] of each circle in `distances`."""
-        radii = [circle.radius + self.robot_radius for circle in self.obstacles.values()]
-        return np.array(radii + [self.boundary.radius - self.robot_radius] * self.bounded)
+    def size(self) -> Array:
+        """A length [m] of each row: the inflated radius of a circle or of a disc as large."""
+        inflated = [shape.size + self.robot_radius for shape in (*self._circles, *self._others)]
+        disc = [self.boundary.radius - self.robot_radius] * self._disc
+        walls = [self.boundary.region.size] * len(self._walls[0]) if self._room else []
+        n = len(self._circles)
+        return np.array([*inflated[:n], *disc, *inflated[n:], *walls])
 
     @cached_property
-    def side(self) -> NDArray[np.float64]:
-        """+1 for each obstacle, which is kept out of, -1 for the boundary, which is kept inside."""
-        return np.array([1.0] * len(self.obstacles) + [-1.0] * self.bounded)
+    def side(self) -> Array:
+        """+1 for each row that is kept out of, -1 for a disc kept inside, 0 for a straight wall."""
+        walls = [0.0] * len(self._walls[0]) if self._room else []
+        return np.array(
+            [1.0] * len(self._circles) + [-1.0] * self._disc + [1.0] * len(self._others) + walls
+        )
 
     @cached_property
-    def _centres(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        centres = [(c.x, c.y) for c in self.obstacles.values()]
-        centres += [(self.boundary.x, self.boundary.y)] * self.bounded
-        x, y = np.array(centres).reshape(-1, 2).T
-        return x, y
+    def names(self) -> list[str]:
+        """What each row is, for people."""
+        circles = [f"obstacles.{n}" for n, s in self.obstacles.items() if isinstance(s, Circle)]
+        others = [f"obstacles.{n}" for n, s in self.obstacles.items() if not isinstance(s, Circle)]
+        walls = ["the boundary"] * len(self._walls[0]) if self._room else []
+        return [*circles, *(["the boundary"] * self._disc), *others, *walls]
 
     def distances(self, x: Floats, y: Floats) -> Distances:
         """Return the distances of a robot at (x, y) [m] from obstacles and boundary."""
-        c_x, c_y, size, side = (
-            column(values, x) for values in (*self._centres, self.size, self.side)
-        )
-        dx, dy = x - c_x, y - c_y
-        to_centre = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-150)
-        outward = side / to_centre
-        return Distances(side * (to_centre - size), dx * outward, dy * outward)
+        rows = self._from_circles(x, y)
+        if not (self._others or self._room):
+            return rows
+        found = [shape.distance(x, y) for shape in self._others]
+        blocks = [rows] + [
+            Distances(*(np.asarray(part)[None] for part in (d - self.robot_radius, n_x, n_y)))
+            for d, n_x, n_y in found
+        ]
+        if self._room:
+            blocks.append(self._from_walls(x, y))
+        return Distances(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
 
     def clearance(self, x: Floats, y: Floats) -> Floats:
         """Return the distance [m] to the nearest obstacle or boundary, inf where there is none."""
@@ -117,35 +143,108 @@ class World:
         d = self.distances(x, y).d
         worst = int(np.argmin(d))
         if d[worst] <= 0.0:
-            inside = worst < len(self.obstacles)
-            what = (
-                f"inside obstacles.{list(self.obstacles)[worst]}"
-                if inside
-                else "outside the boundary"
-            )
+            side = "inside" if self.side[worst] > 0.0 else "outside"
             raise ParameterError(
                 name,
                 [x, y],
-                f"a robot of radius {self.robot_radius:g} there is {what} ({-d[worst]:.3g} m deep)",
+                f"a robot of radius {self.robot_radius:g} there is {side} {self.names[worst]} "
+                f"({-d[worst]:.3g} m deep)",
             )
 
+    def gap(self, a: Shape, b: Shape) -> float:
+        """Return the distance [m] between two obstacles of true size, negative if they overlap.
+
+        To the spacing of points along the outlines, where they are not both circles.
+        """
+        if isinstance(a, Circle) and isinstance(b, Circle):
+            return math.hypot(a.x - b.x, a.y - b.y) - a.radius - b.radius
+        return float(min(np.min(a.distance(*b.outline).d), np.min(b.distance(*a.outline).d)))
+
+    def room_around(self, shape: Shape) -> float:
+        """Return the distance [m] of an obstacle of true size from the boundary."""
+        if isinstance(shape, Circle) and self._disc:
+            return (
+                self.boundary.radius
+                - math.hypot(shape.x - self.boundary.x, shape.y - self.boundary.y)
+                - shape.radius
+            )
+        return float(np.min(-np.asarray(self.boundary.region.distance(*shape.outline).d)))
+
+    @cached_property
+    def _circles(self) -> list[Circle]:
+        return [shape for shape in self.obstacles.values() if isinstance(shape, Circle)]
+
+    @cached_property
+    def _others(self) -> list[Shape]:
+        return [shape for shape in self.obstacles.values() if not isinstance(shape, Circle)]
+
+    @property
+    def _disc(self) -> bool:
+        return self.bounded and self.boundary.shape == "circle"
+
+    @property
+    def _room(self) -> bool:
+        return self.boundary.shape == "polygon"
+
+    @cached_property
+    def _centres(self) -> tuple[Array, Array]:
+        centres = [(c.x, c.y) for c in self._circles]
+        centres += [(self.boundary.x, self.boundary.y)] * self._disc
+        x, y = np.array(centres).reshape(-1, 2).T
+        return x, y
+
+    @cached_property
+    def _walls(self) -> tuple[Array, Array, Array]:
+        """Inward normals (n_x, n_y) and offsets c of the walls: d = n_x x + n_y y + c."""
+        region = self.boundary.region
+        if not isinstance(region, Polygon):
+            raise AssertionError("only a room has walls")
+        n_x, n_y = -outward(region.corners).T
+        c = -(n_x * region.corners[:, 0] + n_y * region.corners[:, 1]) - self.robot_radius
+        return n_x, n_y, c
+
+    def _from_circles(self, x: Floats, y: Floats) -> Distances:
+        n = len(self._centres[0])
+        c_x, c_y, size, side = (
+            column(values, x) for values in (*self._centres, self.size[:n], self.side[:n])
+        )
+        dx, dy = x - c_x, y - c_y
+        to_centre = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-150)
+        away = side / to_centre
+        return Distances(side * (to_centre - size), dx * away, dy * away)
+
+    def _from_walls(self, x: Floats, y: Floats) -> Distances:
+        n_x, n_y, c = (column(values, x) for values in self._walls)
+        d = n_x * x + n_y * y + c
+        return Distances(d, np.broadcast_to(n_x, d.shape), np.broadcast_to(n_y, d.shape))
+
     def _refuse_overlaps(self) -> None:
-        names = list(self.obstacles)
-        circles = np.array([(c.x, c.y, c.radius) for c in self.obstacles.values()]).reshape(-1, 3)
+        self._refuse_overlapping_circles()
+        named = list(self.obstacles.items())
+        for i, (name, a) in enumerate(named):
+            for other, b in named[:i]:
+                both_round = isinstance(a, Circle) and isinstance(b, Circle)
+                if not both_round and (gap := self.gap(a, b)) <= 0.0:
+                    raise _overlap(name, a, other, gap)
+            if self.bounded and self.room_around(a) <= -2.0 * a.size:
+                raise ParameterError(
+                    f"obstacles.{name}", list(a.centre), "it lies outside the boundary"
+                )
+
+    def _refuse_overlapping_circles(self) -> None:
+        """Do so for all pairs at once, since there may be a thousand."""
+        names = [name for name, shape in self.obstacles.items() if isinstance(shape, Circle)]
+        circles = np.array([(c.x, c.y, c.radius) for c in self._circles]).reshape(-1, 3)
         x, y, radius = circles.T
         apart = np.hypot(x[:, None] - x, y[:, None] - y) - radius[:, None] - radius
         for i, j in np.argwhere(np.tril(apart <= 0.0, -1)):
-            raise ParameterError(
-                f"obstacles.{names[i]}",
-                circles[i].tolist(),
-                f"it overlaps obstacles.{names[j]} by {-apart[i, j]:.3g} m",
-            )
-        if self.bounded:
-            from_centre = np.hypot(x - self.boundary.x, y - self.boundary.y)
-            for (i,) in np.argwhere(from_centre - radius >= self.boundary.radius):
-                raise ParameterError(
-                    f"obstacles.{names[i]}", circles[i].tolist(), "it lies outside the boundary"
-                )
+            raise _overlap(names[i], self._circles[i], names[j], float(apart[i, j]))
+
+
+def _overlap(name: str, a: Shape, other: str, gap: float) -> ParameterError:
+    return ParameterError(
+        f"obstacles.{name}", list(a.centre), f"it overlaps obstacles.{other} by {-gap:.3g} m"
+    )
 
 
 def column(values: NDArray[np.float64], like: Floats) -> NDArray[np.float64]:

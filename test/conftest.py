@@ -20,6 +20,12 @@ ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
 
 
+def heed_signals():
+    """Undo what a shell or nohup does to the signals of what runs in its background."""
+    for number in (signal.SIGINT, signal.SIGHUP):
+        signal.signal(number, signal.SIG_DFL)
+
+
 class Process:
     """A node of the package in a process of its own; its words go to a file."""
 
@@ -29,6 +35,7 @@ class Process:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", f"tbot_gradnav.{name}", *map(str, arguments)],
                 start_new_session=True,
+                preexec_fn=heed_signals,
                 stdout=file,
                 stderr=subprocess.STDOUT,
                 env=os.environ | {"ROS_DOMAIN_ID": str(domain)},

@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import CONFIG, ROOT
+from conftest import CONFIG, ROOT, heed_signals
 
 OK, NO, WRONG = 0, 1, 2
 
@@ -182,18 +182,20 @@ def test_demo_refuses_what_it_cannot_drive(tmp_path, parameter_file):
     assert (tmp_path / "bag" / "diary.txt").read_text() == "dear diary"
 
 
-def test_interrupting_the_demo_ends_both_nodes(tmp_path, domain):
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupting_the_demo_ends_both_nodes(tmp_path, domain, number):
     pytest.importorskip("rclpy", reason="needs ROS 2")
     command = [sys.executable, "-m", "tbot_gradnav.cli", "demo", "--out", str(tmp_path)]
     demo = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
-        start_new_session=True, env=os.environ | domain | {"PYTHONUNBUFFERED": "1"}, cwd=ROOT,
+        start_new_session=True, preexec_fn=heed_signals, cwd=ROOT,
+        env=os.environ | domain | {"PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     try:
         for line in demo.stdout:
             if "goal " in line and "v +0.2" in line:
                 break
-        demo.send_signal(signal.SIGINT)
+        demo.send_signal(number)
         words = demo.stdout.read()
         assert demo.wait(20) == 130
     finally:

@@ -13,6 +13,7 @@ from test_commands import NO, OK, assert_refused, gradnav
 
 from tbot_gradnav import closed_form, figures
 from tbot_gradnav.commands import figures as command
+from tbot_gradnav.errors import GradnavError
 
 FIGURES = ("2", "3", "4a", "4b", "5", "6", "7a", "7b", "8")
 OVER_ROS = ("7a_ros", "7b_ros", "8_ros")
@@ -126,7 +127,7 @@ def test_a_run_that_does_not_arrive_is_told_of(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(figures, "PICTURES", {"4a": figures.PICTURES["4a"]})
     assert command.run(Namespace(out="out", ros=False)) == NO
-    assert "run 1 not arrived, run 2 not arrived" in capsys.readouterr().out
+    assert "not arrived: 1, 2, 3, 4, 5, 6, 7" in capsys.readouterr().out
     assert width(tmp_path / "out" / "figure_4a.png") >= 600
 
 
@@ -141,7 +142,7 @@ def test_wrong_input_is_refused_in_one_line(parameter_file, tmp_path):
 def test_a_file_with_too_few_starts_is_refused(parameter_file, tmp_path, monkeypatch):
     parameter_file("goal: [0, 0]\ninitial_pose: [1, 1, 0]", "figure_5.yaml")
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(figures.GradnavError, match="starts: there must be 2"):
+    with pytest.raises(GradnavError, match="starts: there must be 2"):
         figures.drive("5")
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.limits import Limits
 from tbot_gradnav.navigation import STUCK_TIME, Navigation, State
-from tbot_gradnav.odometry import BadOdometryError, Odometry, Reading
+from tbot_gradnav.odometry import BadOdometryError, GoalPose, Odometry, Reading
 from tbot_gradnav.options import FakeRobotOptions
 from tbot_gradnav.plant import Plant, driven
 from tbot_gradnav.settings import Settings
@@ -129,9 +129,13 @@ def test_a_point_of_the_odometry_frame_is_the_same_point_of_the_world(first, poi
     track = odometry()
     track.update(reading(0.0, first))
     ahead, _ = track.update(reading(1e6, point))  # late enough not to be a jump
-    assert close(track.in_world("odom", point.x, point.y), ahead[:2], 1e-8)
+    goal = GoalPose("odom", point.x, point.y, *quaternion(point.theta))
+    x, y, yaw = track.in_world(goal)
+    assert close((x, y), ahead[:2], 1e-8)
+    assert close((math.cos(yaw), math.sin(yaw)), ahead[2:], 1e-8)
     for frame in ("map", ""):
-        assert track.in_world(frame, point.x, point.y) == (point.x, point.y)
+        unturned = GoalPose(frame, float(point.x), float(point.y), 0.0, 0.0)
+        assert track.in_world(unturned) == (point.x, point.y)
 
 
 @pytest.mark.parametrize("frame", ["base_link", "Map", "odom "])
@@ -139,12 +143,12 @@ def test_a_point_of_another_frame_is_refused(frame):
     track = odometry()
     track.update(GOOD)
     with pytest.raises(GradnavError, match="unknown"):
-        track.in_world(frame, 0.0, 0.0)
+        track.in_world(GoalPose(frame, 0.0, 0.0, 0.0, 1.0))
 
 
 def test_before_the_first_message_the_odometry_frame_is_unknown():
     with pytest.raises(GradnavError, match="unknown"):
-        odometry().in_world("odom", 0.0, 0.0)
+        odometry().in_world(GoalPose("odom", 0.0, 0.0, 0.0, 1.0))
 
 
 # What stands out

@@ -7,10 +7,10 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from tbot_gradnav.options import Configuration
 from tbot_gradnav.recording import recording, refuse_other_than_bag
 from tbot_gradnav.settings import Settings
 
-NODES = ("fake_robot", "navigator")
+Processes: TypeAlias = "dict[str, subprocess.Popen[bytes]]"
 TIME_LIMIT = 300.0  # [s] of the robot's time
 SILENCE = 20.0  # [s] of ours without a message, after which something is wrong
 REPORT_PERIOD = 0.5  # [s] of ours between lines of progress
@@ -44,8 +44,8 @@ def run(options: argparse.Namespace) -> int:
     if not configuration.settings.has_goal:
         raise GradnavError(f"{file}: goal is missing")
     refuse_other_than_bag(out / "bag")
-    _keep_to_this_machine()
-    observer = _watched(file, configuration)
+    keep_to_this_machine()
+    observer = watched(file, configuration)
     with recording(out / "bag") as recorder:
         observer.record(recorder, file.read_text(encoding="utf-8"))
     _draw(out / "demo.png", configuration.settings, observer)
@@ -53,28 +53,37 @@ def run(options: argparse.Namespace) -> int:
     return _verdict(observer)
 
 
-def _keep_to_this_machine() -> None:
-    """Choose a ROS domain of our own, so that no real robot hears of the demo."""
+def keep_to_this_machine() -> None:
+    """Choose a ROS domain of our own, so that no real robot hears of what we drive."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     domain = os.environ.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
     print(f"to look on from another terminal: export ROS_DOMAIN_ID={domain}")
 
 
-def _watched(file: Path, configuration: Configuration) -> Any:
-    """Run both nodes until the robot arrives, collides or gives up; return who watched."""
+def watched(file: Path, configuration: Configuration) -> Any:
+    """Run both nodes until the robot arrives, collides or gives up; return who watched.
+
+    Raises GradnavError where ROS 2 is missing or a node fails.
+    """
     try:
         import rclpy
+        from rclpy.signals import SignalHandlerOptions
 
         from tbot_gradnav.observer import Observer
     except ImportError as error:
-        raise GradnavError("the demo needs ROS 2: pip install tbot_gradnav[ros]") from error
+        raise GradnavError("driving over ROS needs ROS 2: pip install tbot_gradnav[ros]") from error
+    for number in (signal.SIGTERM, signal.SIGHUP):  # end the nodes, as Ctrl-C does
+        signal.signal(number, signal.default_int_handler)
     with ExitStack() as stack:
-        rclpy.init(args=[])
+        rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         stack.callback(rclpy.try_shutdown)
         observer = Observer(configuration)
         stack.callback(observer.destroy_node)
-        processes = [stack.enter_context(_node(name, file)) for name in NODES]
-        _spin(observer, processes, configuration.settings)
+        processes = {"fake_robot": stack.enter_context(_node("fake_robot", file))}
+        # Whoever misses the first odometry takes a later pose for the start.
+        _spin(observer, processes, lambda: observer.believed is not None and observer.path)
+        processes["navigator"] = stack.enter_context(_node("navigator", file))
+        _spin(observer, processes, lambda: observer.done or observer.seconds >= TIME_LIMIT)
     return observer
 
 
@@ -96,12 +105,13 @@ def _node(name: str, file: Path) -> Iterator["subprocess.Popen[bytes]"]:
             process.wait()
 
 
-def _spin(observer: Any, processes: list["subprocess.Popen[bytes]"], settings: Settings) -> None:
+def _spin(observer: Any, processes: Processes, until: Callable[[], object]) -> None:
+    """Listen and show progress until a condition holds; raise GradnavError if something fails."""
     import rclpy
 
     heard, reported, count = time.monotonic(), 0.0, 0
     farthest = 0.0
-    while not (observer.arrived or observer.collided) and observer.seconds < TIME_LIMIT:
+    while not until():
         rclpy.spin_once(observer, timeout_sec=0.1)
         now = time.monotonic()
         if len(observer.path) > count:
@@ -113,7 +123,7 @@ def _spin(observer: Any, processes: list["subprocess.Popen[bytes]"], settings: S
         observer.refuse_company()
         if now - heard > SILENCE:
             raise GradnavError(f"the fake robot has been silent for {SILENCE:g} s")
-        for name, process in zip(NODES, processes, strict=True):
+        for name, process in processes.items():
             if process.poll() is not None:
                 raise GradnavError(f"the {name} ended by itself with status {process.returncode}")
 
