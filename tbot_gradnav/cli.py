@@ -15,6 +15,7 @@ COMMANDS = {
     "figures": "draw the figures of the paper",
     "replay": "recorded odometry through the controller, against the recorded commands",
     "simulate": "drive one robot or thousands without ROS",
+    "study": "compare the laws over thousands of random starts",
 }
 INTERRUPTED = 130
 

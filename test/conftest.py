@@ -14,7 +14,9 @@ import pytest
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 # Shared memory left by a process killed on purpose can crash Fast DDS in whoever comes after it.
 os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
-DOMAINS = itertools.cycle(1 + (os.getpid() + i) % 100 for i in range(100))
+SHARE = 33  # of the ROS domains 1 to 99, for each of up to three workers of pytest-xdist
+WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]) % 3
+DOMAINS = itertools.cycle(1 + WORKER * SHARE + (os.getpid() + i) % SHARE for i in range(SHARE))
 PATIENCE = 15.0  # [s] discovery mostly takes 0.1 s, sometimes 2.4 s
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
