@@ -14,15 +14,11 @@ def generate_launch_description() -> LaunchDescription:
         [
             DeclareLaunchArgument("config", description="parameter file"),
             DeclareLaunchArgument("namespace", default_value="", description="of the robot"),
-            DeclareLaunchArgument("use_sim_time", default_value="false"),
             Node(
                 package="tbot_gradnav",
                 executable="navigator",
                 namespace=LaunchConfiguration("namespace"),
-                parameters=[
-                    LaunchConfiguration("config"),
-                    {"use_sim_time": LaunchConfiguration("use_sim_time")},
-                ],
+                parameters=[LaunchConfiguration("config")],
                 output="screen",
             ),
         ]

@@ -43,7 +43,6 @@ class FakeRobot(Node):
         super().__init__(
             "fake_robot",
             automatically_declare_parameters_from_overrides=True,
-            allow_undeclared_parameters=True,
             **node_arguments,
         )
         configuration = ros.declare(self, PARAMETERS)

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files written whole or not at all."""
 
+import json
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from tbot_gradnav.errors import GradnavError
 
@@ -25,3 +27,9 @@ def written_whole(path: Path | str) -> Iterator[Path]:
             os.replace(temporary, target)
     except OSError as error:
         raise GradnavError(f"{target}: it cannot be written: {error.strerror}") from error
+
+
+def write_json(path: Path | str, content: Mapping[str, Any]) -> None:
+    """Write a JSON file, whole or not at all. Raises GradnavError."""
+    with written_whole(path) as temporary:
+        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

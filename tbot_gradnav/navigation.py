@@ -52,8 +52,9 @@ class Navigation:
         A robot that was stuck tries again.
         """
         self._controller = Controller.of(settings)
+        self.odometry.limits = settings.limits
         before, self.settings = self.settings, settings
-        if settings.goal != before.goal or self._state is State.STUCK:
+        if _aim(settings) != _aim(before) or self._state is State.STUCK:
             self.restart()
 
     def restart(self) -> None:
@@ -98,6 +99,11 @@ class Navigation:
             f"{field.polar[0]:.3g}. A minimum other than the goal? `gradnav check` tells. Try "
             f"{potential.advice}, or another goal"
         )
+
+
+def _aim(settings: Settings) -> tuple[object, ...]:
+    """Return what decides whether a robot has arrived."""
+    return settings.goal, settings.xy_goal_tolerance, settings.yaw_goal_tolerance
 
 
 class _Progress:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that drives: odometry in, velocity out."""
 
+import math
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -8,6 +9,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
@@ -20,7 +22,10 @@ from tbot_gradnav.options import Configuration
 from tbot_gradnav.unicycle import STOP
 
 FIXED = ("initial_pose", "cmd_vel_type", "world_frame")  # decided when the node starts
-CHECKS_PER_TIMEOUT = 10
+CHECK_PERIOD = 0.05  # [s] between looks at the age of the odometry
+RECOVERY = 1.0  # [s] of good odometry before an interruption is over
+QUIET = 10.0  # [s] without something before it is said again
+PATIENCE = 3.0  # [s] for the first odometry; discovery may take 2.5 s
 
 
 class Navigator(Node):
@@ -38,18 +43,22 @@ class Navigator(Node):
             allow_undeclared_parameters=True,
             **node_arguments,
         )
-        self._configuration = ros.declare(self)
+        self._configuration = ros.declare(self, fixed=FIXED)
         options = self._configuration.navigator
         self._navigation = Navigation(self._configuration.settings, options.world_frame)
         self._commands = CommandPublisher(self, options.cmd_vel_type)
         self._checked = self._configuration  # parameters that have passed, to be taken next
-        self._heard: float | None = None  # [s] when the last good odometry came
-        self._told: set[str] = set()
+        # Safety hangs on a clock that nobody sets and that never stands still.
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._heard = self._seconds()  # when the last odometry came, good or bad, or the start
+        self._sound_since: float | None = None  # since when odometry has been good
+        self._interrupted = False
+        self._last_said: dict[str, float] = {}
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
-        self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
+        self._odometry = self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
-        self.create_timer(options.odometry_timeout / CHECKS_PER_TIMEOUT, self._check_odometry)
+        self.create_timer(CHECK_PERIOD, self._check_odometry, clock=self._steady)
         self._introduce()
 
     def close(self) -> None:
@@ -59,51 +68,65 @@ class Navigator(Node):
         self.get_logger().info("stopped: zero velocity published")
 
     def _on_odometry(self, message: OdometryMessage) -> None:
+        self._heard = self._seconds()
         try:
             _, twist, notices = self._navigation.update(Reading.of(message))
             if twist is not None:
                 self._commands.publish(twist)
         except BadOdometryError as error:
-            self._stop("bad odometry", f"stopped: {error}")
+            self._stop("bad odometry", str(error))
             return
-        except Exception as error:
-            self._stop("error", f"stopped: {type(error).__name__}: {error}")
+        except Exception as error:  # whatever it is, the robot must not drive on
+            self._stop("error", f"{type(error).__name__}: {error}")
             return
         self._resume()
         for notice in notices:
             self._tell(notice)
 
     def _resume(self) -> None:
-        """Note that good odometry came; say so after an interruption."""
-        self._heard = self._seconds()
-        interruptions = self._told & {"bad odometry", "error", "stale"}
-        if interruptions:
+        """Note that good odometry came; say so once it has come for a while."""
+        if self._sound_since is None:
+            self._sound_since = self._heard
+        if self._interrupted and self._heard - self._sound_since > RECOVERY:
+            self._interrupted = False
             self.get_logger().info("good odometry again: going on")
-            self._told -= interruptions
 
     def _check_odometry(self) -> None:
+        silent = self._seconds() - self._heard
+        if self._navigation.odometry.frame is None:
+            if silent > PATIENCE:
+                self._say(
+                    "waiting", f"no odometry on {self._odometry.topic_name}: is the robot up?"
+                )
+            return
         timeout = self._configuration.navigator.odometry_timeout
-        if self._heard is not None and self._seconds() - self._heard > timeout:
-            self._heard = None
-            self._stop("stale", f"stopped: no odometry for {timeout:g} s")
+        if silent > timeout and self._sound_since is not None:
+            self._stop("stale", f"no odometry for {timeout:g} s")
 
     def _stop(self, kind: str, text: str) -> None:
-        """Publish zero velocity, then say why, once until odometry is good again."""
-        self._commands.publish(STOP)
-        if kind not in self._told:
-            self._told.add(kind)
-            self.get_logger().error(text)
+        """Publish zero velocity, then say why."""
+        if self._navigation.state is not State.IDLE:
+            self._commands.publish(STOP)
+        self._sound_since, self._interrupted = None, True
+        self._say(kind, f"stopped: {text}", error=True)
 
     def _tell(self, notice: Notice) -> None:
-        if notice.kind in self._told:
-            return
-        self._told.add(notice.kind)
         if notice.kind == "arrived":
             self.get_logger().info(notice.text)
         elif notice.kind == "stuck":
             self.get_logger().error(f"stopped: {notice.text}")
         else:
-            self.get_logger().warning(f"{notice.text} (said once for each goal)")
+            self._say(notice.kind, notice.text)
+
+    def _say(self, kind: str, text: str, error: bool = False) -> None:
+        """Say something, but not again as long as it goes on."""
+        now = self._seconds()
+        if now - self._last_said.get(kind, -math.inf) > QUIET:
+            if error:  # two lines: rclpy binds a severity to the line that logs
+                self.get_logger().error(text)
+            else:
+                self.get_logger().warning(text)
+        self._last_said[kind] = now
 
     def _on_goal(self, message: PoseStamped) -> None:
         try:
@@ -131,8 +154,9 @@ class Navigator(Node):
         settings = self._configuration.settings
         self._navigation.change(settings)
         if settings.goal != before.goal:
-            self._told.clear()
             self.get_logger().info(f"new goal: {_worded(settings.goal)}")
+        for caution in set(settings.cautions) - set(before.cautions):
+            self.get_logger().warning(caution)
 
     def _changed(self, parameters: list[RosParameter]) -> Configuration:
         """Return the configuration with some parameters changed. Raises GradnavError.
@@ -142,25 +166,20 @@ class Navigator(Node):
         if self._navigation.state is State.DRIVING:
             self._commands.publish(STOP)
         changes = {p.name: ros.plain(p.value) for p in parameters}
-        for name in changes:
-            if name in FIXED:
-                raise GradnavError(f"{name}: it is decided at the start; restart the navigator")
-        return Configuration.of(ros.values(self) | changes)
+        return Configuration.of(ros.merged(ros.values(self), changes), starting=False)
 
     def _introduce(self) -> None:
         settings = self._configuration.settings
+        potential = settings.chosen_potential.worded(settings.potential)
         self.get_logger().info(
-            f"law {settings.law}, potential {settings.potential}, "
-            f"{len(settings.obstacles)} obstacles; "
+            f"law {settings.law}, potential {potential}, {len(settings.obstacles)} obstacles; "
             f"goal: {_worded(settings.goal)}"
         )
-        if settings.obstacles and settings.law != "descent":
-            self.get_logger().warning(
-                f"law {settings.law} does not avoid obstacles; law descent does"
-            )
+        for caution in settings.cautions:
+            self.get_logger().warning(caution)
 
     def _seconds(self) -> float:
-        return float(self.get_clock().now().nanoseconds) * 1e-9
+        return float(self._steady.now().nanoseconds) * 1e-9
 
 
 def _worded(goal: Sequence[float]) -> str:

@@ -26,6 +26,9 @@ KINDS = {
 }
 
 
+STANDING = 20.0  # [s] of its own time
+
+
 class _Heard(NamedTuple):
     """A message: when it was said by the speaker's clock, and its own stamp, 0 for none [ns]."""
 
@@ -47,6 +50,7 @@ class Observer(Node):
         self._stamp = 0  # [ns] of the last message that had one
         self._began: int | None = None  # [ns] the first stamp
         self._moved: int | None = None  # [ns] the first stamp with another pose
+        self._driven = 0.0  # [s] when it was last told to drive
         self.twist: Twist | None = None
         self.believed: Pose | None = None  # by odometry, in the world
         self.path: list[Pose] = []  # where it truly was
@@ -90,8 +94,13 @@ class Observer(Node):
 
     @property
     def done(self) -> bool:
-        """Whether the robot has arrived or collided."""
-        return self.arrived or self.collided
+        """Whether the robot has arrived, collided or come to a stand."""
+        return self.arrived or self.collided or self.stands
+
+    @property
+    def stands(self) -> bool:
+        """Whether the robot has been told to stand for a while."""
+        return self.seconds - self._driven > STANDING
 
     def refuse_company(self) -> None:
         """Raise GradnavError if another robot or another driver is on this ROS domain."""
@@ -143,6 +152,8 @@ class Observer(Node):
     def _on_command(self, message: Any) -> int:
         twist = message.twist if isinstance(message, TwistStamped) else message
         self.twist = Twist(twist.linear.x, twist.angular.z)
+        if self.twist != STOP:
+            self._driven = self.seconds
         return 0  # a Twist has no stamp
 
     def _see(self, stamp: Any) -> int:

@@ -77,7 +77,7 @@ class Odometry:
         self.frame: Pose | None = None  # pose of the odometry frame in the world
         self._frame_names = (world_frame, "odom")
         self._initial = initial
-        self._limits = limits
+        self.limits = limits  # beyond which a motion is a jump
         self._last: tuple[float, Pose] | None = None
 
     def update(self, reading: Reading) -> tuple[Pose, list[Notice]]:
@@ -96,14 +96,16 @@ class Odometry:
         Raises GradnavError for an unknown frame.
         """
         world, odometry = self._frame_names
-        turned = goal.q_z != 0.0 or goal.q_w != 0.0
+        turned = math.hypot(goal.q_z, goal.q_w) > 1e-6
         pose = Pose(goal.x, goal.y, *(heading(goal.q_z, goal.q_w) if turned else (1.0, 0.0)))
-        if goal.frame == odometry and self.frame is not None:
+        if goal.frame not in ("", world):
+            if goal.frame != odometry:
+                raise GradnavError(
+                    f"frame {goal.frame} is unknown here; it must be {world} or {odometry}"
+                )
+            if self.frame is None:
+                raise GradnavError(f"frame {odometry} is unknown before the first odometry")
             pose = self.frame.compose(pose)
-        elif goal.frame not in ("", world):
-            raise GradnavError(
-                f"frame {goal.frame} is unknown here; it must be {world} or {odometry}"
-            )
         place = float(pose.x), float(pose.y)
         return (*place, float(pose.theta)) if turned else place
 
@@ -122,8 +124,8 @@ class Odometry:
             notices.append(Notice("hole", f"no odometry for {dt:.3g} s by its stamps"))
         moved = last.inverse().compose(pose)
         distance, angle = float(np.hypot(moved.x, moved.y)), abs(float(moved.theta))
-        if distance > _possible(JUMP_DISTANCE, self._limits.v, dt) or angle > _possible(
-            JUMP_ANGLE, self._limits.omega, dt
+        if distance > _possible(JUMP_DISTANCE, self.limits.v, dt) or angle > _possible(
+            JUMP_ANGLE, self.limits.omega, dt
         ):
             self.frame = self.frame.compose(last).compose(pose.inverse())
             notices.append(

@@ -43,10 +43,10 @@ class NavigatorOptions(Checked):
 class FakeRobotOptions(Checked):
     """How the fake robot differs from an ideal one."""
 
-    rate: float = field(20.0, Number("rate of odometry", "Hz", above=0.0, at_most=1000.0))
+    rate: float = field(20.0, Number("rate of odometry", "Hz", at_least=0.1, at_most=1000.0))
     real_time_factor: float = field(
         1.0,
-        Number("speed of time; other than 1, /clock is published", above=0.0, at_most=1000.0),
+        Number("speed of time; other than 1, /clock is published", at_least=0.01, at_most=1000.0),
     )
     driver_quirks: bool = field(
         False, Flag("clamp, truncate to 0.01 and ignore wheel speeds as the real driver does")
@@ -88,11 +88,14 @@ class Configuration:
     fake_robot: FakeRobotOptions
 
     @classmethod
-    def of(cls, values: Mapping[str, object]) -> "Configuration":
-        """Return what parameters with dotted names describe. Raises ParameterError."""
+    def of(cls, values: Mapping[str, object], starting: bool = True) -> "Configuration":
+        """Return what parameters with dotted names describe. Raises ParameterError.
+
+        The poses to start from must be free only while `starting`.
+        """
         rest = {name: value for name, value in values.items() if not name.startswith(OF_ROS)}
         options = build(NavigatorOptions, rest), build(FakeRobotOptions, rest)
-        return cls(Settings.of(rest, also_known=OPTIONS), *options)
+        return cls(Settings.of(rest, OPTIONS, starting), *options)
 
 
 OPTIONS = parameters_of(NavigatorOptions) | parameters_of(FakeRobotOptions)

@@ -39,7 +39,7 @@ def read(path: Path | str, node: str = "/navigator") -> dict[str, object]:
         raise GradnavError(f"{path}: it has no section for {node} (sections: {names})")
     for body in matching:
         values.update(flatten(body))
-    return {name: value for name, value in values.items() if value != []}
+    return {name: value for name, value in values.items() if value not in (None, [])}
 
 
 def load(path: Path | str) -> dict[str, Any]:
@@ -60,7 +60,8 @@ def rewritten(path: Path | str) -> str:
     tree = load(path)
     for name, body in _sections(tree, path):
         for key, value in flatten(body):
-            _refuse_untyped(f"{path}: {name}: {key}", value)
+            if value is not None:
+                _refuse_untyped(f"{path}: {name}: {key}", value)
     return _dumped(tree)
 
 
@@ -121,7 +122,7 @@ def _dumped(value: Any) -> str:
 
 def _for_rcl(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {str(key): _for_rcl(item) for key, item in value.items() if item != []}
+        return {str(k): _for_rcl(item) for k, item in value.items() if item not in (None, [])}
     if isinstance(value, list):
         numbers = all(type(item) in (int, float) for item in value)
         if numbers and any(isinstance(item, float) for item in value):

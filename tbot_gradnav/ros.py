@@ -5,7 +5,7 @@ import signal
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
@@ -23,7 +23,8 @@ from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.options import Configuration, known_parameters
 from tbot_gradnav.parameters import Parameter
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+# All that a terminal or a supervisor sends; suspended by Ctrl-Z, a node leaves the robot driving.
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP)
 POLL = 0.1  # [s] at most between a signal and its effect
 
 
@@ -59,10 +60,13 @@ def run(make: Callable[[], N], close: Callable[[N], None], arguments: Sequence[s
     return 0
 
 
-def declare(node: Node, names: Collection[str] | None = None) -> Configuration:
+def declare(
+    node: Node, names: Collection[str] | None = None, fixed: Collection[str] | None = None
+) -> Configuration:
     """Declare the parameters in `names` (None: all) and return what the file configures.
 
-    Raises ParameterError about anything in the node's overrides that is not allowed.
+    Those in `fixed` (None: all) cannot be changed later. Raises ParameterError about anything in
+    the node's overrides that is not allowed.
     """
     given = values(node)
     configuration = Configuration.of(given)
@@ -70,9 +74,25 @@ def declare(node: Node, names: Collection[str] | None = None) -> Configuration:
         if node.has_parameter(name):
             node.undeclare_parameter(name)
         if names is None or name in names:
-            value = parameter.check(name, given.get(name, default))
-            node.declare_parameter(name, _for_ros(value), descriptor(parameter), True)
+            value = _for_ros(parameter.check(name, given.get(name, default)))
+            about = descriptor(parameter, read_only=fixed is None or name in fixed)
+            node.declare_parameter(name, value, about, ignore_override=True)
     return configuration
+
+
+def merged(present: Mapping[str, object], changes: Mapping[str, object]) -> dict[str, object]:
+    """Return parameters with some changed; None unsets one.
+
+    What is left over of an obstacle that is no longer in obstacles.names is left out.
+    """
+    together = {k: v for k, v in (dict(present) | dict(changes)).items() if v is not None}
+    names = together.get("obstacles.names", [])
+    listed = {"names", *(names if isinstance(names, list) else [])}
+    return {
+        name: value
+        for name, value in together.items()
+        if name in changes or not name.startswith("obstacles.") or name.split(".")[1] in listed
+    }
 
 
 def values(node: Node) -> dict[str, object]:
@@ -81,12 +101,13 @@ def values(node: Node) -> dict[str, object]:
     return {name: plain(value) for name, value in found.items() if value is not None}
 
 
-def descriptor(parameter: Parameter) -> ParameterDescriptor:
+def descriptor(parameter: Parameter, read_only: bool) -> ParameterDescriptor:
     """Return what `ros2 param describe` shows."""
     unit = f" [{parameter.unit}]" if parameter.unit else ""
     return ParameterDescriptor(
         description=parameter.about + unit,
         additional_constraints=parameter.allowed(),
+        read_only=read_only,
         dynamic_typing=True,  # an integer is welcome where a number is meant
     )
 
@@ -111,7 +132,7 @@ def _init(arguments: Sequence[str]) -> None:
                 )
             rclpy.init(args=readable, signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:  # of rcl, about the words behind --ros-args
-        raise GradnavError(" ".join(str(error).split())) from error
+        raise GradnavError(f"--ros-args: {error}") from error
 
 
 @contextmanager

@@ -75,7 +75,8 @@ class Settings(Checked):
     )
     xy_goal_tolerance: float = field(0.05, Number("how near the goal is arrived", "m", above=0.0))
     yaw_goal_tolerance: float = field(
-        0.05, Number("how near the goal's yaw is arrived, if it matters", "rad", above=0.0)
+        0.05,
+        Number("how near the goal's yaw is arrived, if it matters", "rad", above=0.0, at_most=3.14),
     )
     limits: Limits = dataclasses.field(default_factory=Limits)
     boundary: Boundary = dataclasses.field(default_factory=Boundary)
@@ -83,26 +84,27 @@ class Settings(Checked):
     potential_gains: Mapping[str, Mapping[str, object]] = dataclasses.field(default_factory=dict)
 
     @classmethod
-    def of(cls, values: Mapping[str, object], also_known: Iterable[str] = ()) -> "Settings":
+    def of(
+        cls, values: Mapping[str, object], also_known: Iterable[str] = (), starting: bool = True
+    ) -> "Settings":
         """Return the settings that parameters with dotted names describe.
 
         A name that is not a parameter is refused, with a hint at a near one, of these or of those
-        `also_known`.
+        `also_known`. The poses to start from must be free only while `starting`.
         """
         rest = dict(values)
         obstacles = _take_obstacles(rest)
         gains = {name: _take_gains(name, rest) for name in potentials()}
         settings = build(cls, rest, obstacles=obstacles, potential_gains=gains)
         refuse_unknown(rest, {*settings_parameters(values), *also_known})
+        if starting:
+            settings._refuse_occupied_starts()
         return settings
 
     def __post_init__(self) -> None:
         """Check each parameter, then how they go together."""
         super().__post_init__()
         self._check_gains()
-        self.world.refuse_occupied("initial_pose", *self.initial_pose[:2])
-        for x, y, _ in self.all_starts[1:]:
-            self.world.refuse_occupied("starts", x, y)
         if self.has_goal:
             self.world.refuse_occupied("goal", *self.goal[:2])
         _ = self.chosen_potential  # which refuses what it cannot be made of
@@ -145,6 +147,23 @@ class Settings(Checked):
             if error.name in parameters_of(potentials()[self.potential]):
                 raise error.within(self.potential + ".") from error
             raise
+
+    @cached_property
+    def cautions(self) -> list[str]:
+        """What a user should know who expects the robot to keep clear of what is in the file."""
+        if not (self.obstacles or self.world.bounded):
+            return []
+        found = []
+        if self.law != "descent":
+            found.append(f"law {self.law} does not keep clear of obstacles; law descent does")
+        if not self.chosen_potential.repels:
+            found.append(f"potential {self.potential} knows of no obstacles")
+        return found
+
+    def _refuse_occupied_starts(self) -> None:
+        self.world.refuse_occupied("initial_pose", *self.initial_pose[:2])
+        for x, y, _ in self.all_starts[1:]:
+            self.world.refuse_occupied("starts", x, y)
 
     def _check_gains(self) -> None:
         """Refuse gains outside the ranges for which the paper proves convergence."""

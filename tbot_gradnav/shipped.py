@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """The parameter files that come with the package."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from tbot_gradnav import parameter_file
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.options import Configuration
 
 NAME = "tbot_gradnav"
 
@@ -23,6 +25,18 @@ def parameter_path(file: str) -> Path:
     raise GradnavError(
         f"{file}: no such file, nor one shipped with the package ({', '.join(sorted(shipped))})"
     )
+
+
+def configuration(file: str, overrides: Mapping[str, object] | None = None) -> Configuration:
+    """Return what a parameter file, one of the user's or a shipped one, says to a command.
+
+    Some of its values can be overridden. Raises GradnavError, also where no goal is set.
+    """
+    path = parameter_path(file)
+    found = Configuration.of(parameter_file.read(path) | dict(overrides or {}))
+    if not found.settings.has_goal:
+        raise GradnavError(f"{path}: goal is missing")
+    return found
 
 
 def _folders() -> Iterator[Path]:

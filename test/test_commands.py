@@ -66,10 +66,10 @@ def test_json_says_what_became_of_each_robot(tmp_path):
 
 def test_starts_are_those_given(tmp_path):
     out = tmp_path / "runs.json"
-    starts = ["--start", "1", "-1", "0.5", "--start", "-1", "1e-1", "3"]
+    starts = ["--start", "1", "-1", "0.5", "--start", "-1", "-1e-1", "3"]
     assert gradnav("simulate", "position.yaml", *starts, "--json", out).returncode == OK
     found = [run["start"] for run in json.loads(out.read_text())["runs"]]
-    assert found == [pytest.approx([1.0, -1.0, 0.5]), pytest.approx([-1.0, 0.1, 3.0])]
+    assert found == [pytest.approx([1.0, -1.0, 0.5]), pytest.approx([-1.0, -0.1, 3.0])]
 
 
 def test_answers_no_where_a_robot_collides(parameter_file):
@@ -78,6 +78,15 @@ def test_answers_no_where_a_robot_collides(parameter_file):
     result = gradnav("simulate", file)
     assert result.returncode == NO
     assert "1 collided" in result.stdout
+
+
+def test_every_law_can_be_asked_for(tmp_path):
+    out = tmp_path / "runs.json"
+    for law in ("position", "radial", "heading", "descent"):
+        file = "nine_navigation_function.yaml"
+        result = gradnav("simulate", file, "--law", law, "--json", out)
+        assert result.returncode in (OK, NO), result.stderr
+        assert json.loads(out.read_text())["law"] == law
 
 
 @pytest.mark.parametrize(
@@ -90,6 +99,7 @@ def test_answers_no_where_a_robot_collides(parameter_file):
         (["position.yaml", "--seed", "-1", "--random", "1"], ["--seed: -1"]),
         (["position.yaml", "--start", "a", "0", "0"], ["--start"]),
         (["position.yaml", "--start", "nan", "0", "0"], ["--start"]),
+        (["position.yaml", "--random", "99999999999999"], ["memory"]),
         (["nine_navigation_function.yaml", "--start", "1.6", "0.2", "0"], ["obstacles.a"]),
         (["nine_navigation_function.yaml", "--start", "5", "0", "0"], ["outside the boundary"]),
         (["position.yaml", "--json", "/proc/none/x.json"], ["/proc/none/x.json"]),
@@ -113,7 +123,10 @@ def test_a_full_disk_leaves_no_half_a_file(tmp_path):
 
 def test_help_and_no_command_and_a_closed_pipe_are_no_accident():
     assert gradnav("--help").returncode == OK
-    assert gradnav().returncode == WRONG
+    assert_refused(gradnav(), "COMMAND")
+    assert_refused(gradnav("dance"), "dance")
+    assert_refused(gradnav("simulate"), "file")
+    assert_refused(gradnav("simulate", "position.yaml", "--random", "many"), "many")
     assert gradnav("simulate", "--help").returncode == OK
     piped = f"{sys.executable} -m tbot_gradnav.cli simulate position.yaml | true"
     result = subprocess.run(piped, shell=True, capture_output=True, text=True, check=False)

@@ -46,7 +46,9 @@ def test_arrives_with_a_noisy_late_and_quirky_robot(graph, arena, potential):
     assert "jumped" not in drive.words
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP]
+)
 def test_ends_a_drive_with_zero_velocity(graph, parameter_file, number):
     robot = Robot(graph, 0.0, 0.0, 0.5)
     drive = navigator(graph, parameter_file(FAR_GOAL))

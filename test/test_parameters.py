@@ -219,7 +219,7 @@ REFUSED_OPTIONS = {
     "message type": ({"cmd_vel_type": "twost"}, ["cmd_vel_type", "'twost'", "mean twist?"]),
     "timeout": ({"odometry_timeout": 0}, ["odometry_timeout", "0", "above 0"]),
     "frame": ({"world_frame": 3}, ["world_frame", "3", "text"]),
-    "rate": ({"rate": 0.0}, ["rate", "0.0", "above 0"]),
+    "rate": ({"rate": 0.0}, ["rate", "0.0", "at least 0.1"]),
     "noise": ({"position_noise": -0.1}, ["position_noise", "-0.1", "at least 0"]),
     "drift": ({"odometry_drift": 0.6}, ["odometry_drift", "0.6", "at most 0.5"]),
     "float seed": ({"seed": 1.5}, ["seed", "1.5", "integer"]),
@@ -492,7 +492,16 @@ def test_rewriting_makes_a_mixed_list_a_list_of_floats(tmp_path):
     assert (values["seed"], values["names"]) == (3, ["1", "true"])
 
 
-@pytest.mark.parametrize("value", ["", "null", "~", "!!binary aGk=", "!!set {a}"])
+@pytest.mark.parametrize("value", ["", "null", "~", "[]"])
+def test_what_has_no_value_is_left_out(tmp_path, value):
+    path = tmp_path / "unset.yaml"
+    path.write_text(section("/**", f"goal: {value}", "seed: 3"))
+    assert parameter_file.read(path) == {"seed": 3}
+    path.write_text(parameter_file.rewritten(path))
+    assert parameter_file.read(path) == {"seed": 3}
+
+
+@pytest.mark.parametrize("value", ["!!binary aGk=", "!!set {a}"])
 def test_rewriting_refuses_what_rcl_cannot_read(tmp_path, value):
     path = tmp_path / "none.yaml"
     path.write_text(section("/**", f"k_v: {value}"))

@@ -2,17 +2,14 @@
 """gradnav check: whether a world is sound, before a robot moves in it."""
 
 import argparse
-import json
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from tbot_gradnav import certify, parameter_file, shipped
+from tbot_gradnav import certify, shipped
 from tbot_gradnav.certify import Landscape
-from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.files import written_whole
-from tbot_gradnav.options import Configuration
+from tbot_gradnav.files import write_json
 from tbot_gradnav.potentials import AttractiveRepulsive, NavigationFunction, Potential
 from tbot_gradnav.settings import Settings
 
@@ -44,16 +41,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Certify; 0 if the world is sound."""
-    path = shipped.parameter_path(options.file)
-    settings = Configuration.of(parameter_file.read(path)).settings
-    if not settings.has_goal:
-        raise GradnavError(f"{path}: goal is missing")
-    verdict = judge(settings)
-    print(f"{path}: {'sound' if verdict.sound else 'NOT sound'}")
+    verdict = judge(shipped.configuration(options.file).settings)
+    print(f"{options.file}: {'sound' if verdict.sound else 'NOT sound'}")
     print("\n".join(_words(verdict)))
     if options.json:
-        with written_whole(options.json) as out:
-            out.write_text(json.dumps(report(verdict), indent=1) + "\n")
+        write_json(options.json, report(verdict))
     if options.plot:
         _plot(options.plot, verdict)
     return 0 if verdict.sound else 1
@@ -68,7 +60,8 @@ def judge(settings: Settings) -> Verdict:
     k = None
     if isinstance(potential, NavigationFunction):
         k = certify.smallest_k(potential.world)
-    problems = [*_law(settings), *_overlaps(settings), *_goal(found), *_minima(found, shares)]
+    problems = [*settings.cautions, *_overlaps(settings), *_goal(found), *_missed(found)]
+    problems += _minima(found, shares)
     if found.spurious:
         problems[-1] += _advice(potential, k)
     return Verdict(settings, found, problems, shares, k)
@@ -84,12 +77,6 @@ def report(verdict: Verdict) -> dict[str, Any]:
         "critical_points": [[p.x, p.y, p.kind] for p in verdict.found.points],
         "count_agrees": verdict.found.agrees,
     }
-
-
-def _law(settings: Settings) -> list[str]:
-    if settings.law == "descent" or not (settings.obstacles or settings.world.bounded):
-        return []
-    return [f"law {settings.law} does not keep clear of obstacles; law descent does"]
 
 
 def _overlaps(settings: Settings) -> list[str]:
@@ -110,6 +97,15 @@ def _goal(found: Landscape) -> list[str]:
     if isinstance(found.potential, AttractiveRepulsive) and not found.potential.goal_scaled:
         text += ". Set attractive_repulsive.goal_scaled: true"
     return [text]
+
+
+def _missed(found: Landscape) -> list[str]:
+    if found.agrees is not False:
+        return []
+    return [
+        "the number of critical points found is not what the topology of the free space asks for: "
+        "some were missed, or the potential does not rise towards all obstacles"
+    ]
 
 
 def _minima(found: Landscape, shares: list[float]) -> list[str]:
@@ -151,8 +147,7 @@ def _words(verdict: Verdict) -> list[str]:
         {
             True: "  their number is what the topology of the free space asks for (Poincare-Hopf):"
             " good evidence, not proof, that none was missed",
-            False: "  their number is not what the topology of the free space asks for: some were"
-            " missed, so do not rely on this verdict",
+            False: "  so do not rely on what else this verdict says",
             None: "  where inflated obstacles overlap, theory gives no number to compare with",
         }[found.agrees]
     )

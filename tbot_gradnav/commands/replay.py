@@ -2,7 +2,6 @@
 """gradnav replay: recorded odometry through the controller, against the recorded commands."""
 
 import argparse
-import json
 import math
 import sys
 import time
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tbot_gradnav import bags, parameter_file, shipped
-from tbot_gradnav.files import written_whole
+from tbot_gradnav.files import write_json
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.parameters import Number
 from tbot_gradnav.recording import Recorder, recording
@@ -62,8 +61,7 @@ def run(options: argparse.Namespace) -> int:
         duration = bag.duration
     print("\n".join(_words(replay, duration)))
     if options.json:
-        with written_whole(options.json) as path:
-            path.write_text(json.dumps(report(replay, duration), indent=1) + "\n")
+        write_json(options.json, report(replay, duration))
     if options.plot:
         _plot(options.plot, configuration.settings, track)
     return 0 if comparison.equal else 1

@@ -2,7 +2,6 @@
 """gradnav simulate: one robot or thousands in closed loop, without ROS."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,8 @@ import numpy as np
 from tbot_gradnav import parameter_file, shipped
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError, ParameterError
-from tbot_gradnav.files import written_whole
-from tbot_gradnav.options import Configuration
-from tbot_gradnav.parameters import Integer, Numbers
+from tbot_gradnav.files import write_json
+from tbot_gradnav.parameters import Integer, Number, Numbers
 from tbot_gradnav.settings import Settings
 from tbot_gradnav.simulate import Runs, random_starts, simulate
 from tbot_gradnav.unicycle import Pose
@@ -34,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--random", type=int, metavar="N", help="N random starts")
     parser.add_argument("--seed", type=int, default=0, help="seed of --random (%(default)s)")
-    parser.add_argument("--law", help="another law than the file's")
+    parser.add_argument("--law", help="another law than the file's; radial sets k_omega = 2 k_v")
     parser.add_argument("--potential", help="another potential than the file's")
     parser.add_argument("--json", metavar="OUT", help="write what became of each robot")
     parser.add_argument("--plot", metavar="PNG", help="draw the paths over the potential")
@@ -45,29 +43,30 @@ def run(options: argparse.Namespace) -> int:
     settings = read_settings(options)
     controller = Controller.of(settings)
     start = _starts(options, settings)
-    runs = simulate(controller, start, record=bool(options.plot))
+    runs = simulate(controller, start)
     print(summary(runs))
     if options.json:
-        with written_whole(options.json) as path:
-            path.write_text(json.dumps(report(settings, options.seed, runs), indent=1) + "\n")
+        write_json(options.json, report(settings, options.seed, runs))
     if options.plot:
-        _plot(options.plot, controller, runs)
+        few = Pose(*(component[:PLOTTED] for component in np.array(start)))
+        _plot(options.plot, controller, simulate(controller, few, record=True))
     return 0 if bool(runs.arrived.all()) else 1
 
 
 def read_settings(options: argparse.Namespace) -> Settings:
-    """Return the settings of the file with what the command line overrides, and with a goal."""
-    path = shipped.parameter_path(options.file)
-    values = parameter_file.read(path)
-    values |= {
+    """Return the settings of the file with what the command line overrides.
+
+    A law radial asked for on the command line brings the k_omega = 2 k_v of Theorem IV.5 along.
+    """
+    overrides = {
         name: value
         for name in ("law", "potential")
         if (value := getattr(options, name)) is not None
     }
-    settings = Configuration.of(values).settings
-    if not settings.has_goal:
-        raise GradnavError(f"{path}: goal is missing")
-    return settings
+    if options.law == "radial":
+        k_v = parameter_file.read(shipped.parameter_path(options.file)).get("k_v", Settings.k_v)
+        overrides["k_omega"] = 2.0 * Number("").check("k_v", k_v)
+    return shipped.configuration(options.file, overrides).settings
 
 
 def summary(runs: Runs) -> str:
@@ -131,7 +130,7 @@ def _plot(path: str | Path, controller: Controller, runs: Runs) -> None:
         plots.draw_world(ax, controller.settings.world)
         if runs.path is None:
             raise AssertionError("a run to be drawn is recorded")
-        n = min(PLOTTED, len(runs.time))
+        n = len(runs.time)
         for i in range(n):
             last = round(runs.time[i] / runs.dt) + 1
             plots.draw_path(

@@ -2,7 +2,7 @@
 """What a potential is and what it returns."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -47,7 +47,14 @@ class Potential(Checked, ABC):
 
     advice: ClassVar[str] = "another potential"  # for a robot stuck in a minimum
 
+    repels: ClassVar[bool] = True  # whether it is largest on obstacles and boundary
+
     world: World
+
+    def worded(self, name: str) -> str:
+        """Return the potential's name with its gains, for people."""
+        gains = [f"{f.name} {getattr(self, f.name):g}" for f in fields(self) if f.name != "world"]
+        return f"{name} ({', '.join(gains)})" if gains else name
 
     @abstractmethod
     def __call__(self, x: Floats, y: Floats) -> Field:

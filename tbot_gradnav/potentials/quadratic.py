@@ -2,6 +2,7 @@
 """The quadratic potential, whose gradient is the position itself."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from tbot_gradnav.potentials.field import Field, Potential
 from tbot_gradnav.unicycle import Floats
@@ -10,6 +11,8 @@ from tbot_gradnav.unicycle import Floats
 @dataclass(frozen=True)
 class Quadratic(Potential):
     """phi = rho^2 / 2: mu = rho and gamma = alpha. It knows of no obstacles."""
+
+    repels: ClassVar[bool] = False
 
     def __call__(self, x: Floats, y: Floats) -> Field:
         """Return phi and its gradient at (x, y)."""
