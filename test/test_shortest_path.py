@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arenas import OBSTACLES_OF_NINE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -15,17 +16,6 @@ from tbot_gradnav.shortest_path import shortest_paths
 from tbot_gradnav.simulate import random_starts, simulate
 from tbot_gradnav.world import Boundary, Circle, World
 
-NINE = [
-    (1.6, 0.2, 0.35),
-    (-1.4, 1.0, 0.4),
-    (0.3, 1.9, 0.35),
-    (0.6, -1.6, 0.4),
-    (-1.7, -1.2, 0.35),
-    (2.6, 2.0, 0.4),
-    (-0.4, -3.0, 0.4),
-    (-3.0, 0.3, 0.4),
-    (2.6, -1.5, 0.35),
-]
 ROUNDING = 1e-6  # [m]
 slowly = settings(deadline=None, derandomize=True, max_examples=60)
 
@@ -35,7 +25,7 @@ def world_of(circles, boundary=0.0, robot_radius=0.0, goal=(0.0, 0.0)):
     return World(goal, obstacles, Boundary(0.0, 0.0, boundary), robot_radius)
 
 
-ARENA = world_of(NINE, boundary=4.5, robot_radius=0.105)
+ARENA = world_of(OBSTACLES_OF_NINE, boundary=4.5, robot_radius=0.105)
 
 
 @st.composite

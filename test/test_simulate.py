@@ -17,8 +17,11 @@ from arenas import (
     row,
 )
 
+from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.plant import driven
+from tbot_gradnav.settings import Settings
+from tbot_gradnav.shortest_path import shortest_paths
 from tbot_gradnav.simulate import START_CLEARANCE, random_starts, simulate
 from tbot_gradnav.unicycle import Pose, step
 
@@ -299,3 +302,12 @@ def test_without_a_boundary_starts_surround_the_goal_and_the_obstacles():
     world = controller({"goal": [5.0, 5.0]}, obstacles([(7.0, 5.0, 0.3)])).settings.world
     starts = random_starts(world, N, seed=0)
     assert np.hypot(starts.x - 5.0, starts.y - 5.0).max() > 2.3
+
+
+def test_the_attractive_repulsive_way_takes_hardly_longer_than_the_shortest_at_top_speed():
+    settings = Settings.of(NINE | ATTRACTIVE_REPULSIVE | {"robot_radius": 0.105})
+    start = random_starts(settings.world, 1000, 0)
+    runs = simulate(Controller.of(settings), start)
+    fastest = shortest_paths(settings.world, start.x, start.y) / settings.limits.v
+    assert runs.arrived.all()
+    assert np.median(runs.time / fastest) <= 1.10

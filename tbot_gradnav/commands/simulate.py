@@ -84,7 +84,7 @@ def summary(runs: Runs) -> str:
 
 
 def report(settings: Settings, seed: int, runs: Runs) -> dict[str, Any]:
-    """Return the JSON that interface.md promises; an infinite clearance is null."""
+    """Return the JSON of the runs; an infinite clearance is null."""
     start = np.array([runs.start.x, runs.start.y, runs.start.theta]).T
     clearance = [value if np.isfinite(value) else None for value in runs.min_clearance.tolist()]
     columns = {
