@@ -24,7 +24,7 @@ CONFIG = ROOT / "config"
 
 def heed_signals():
     """Undo what a shell or nohup does to the signals of what runs in its background."""
-    for number in (signal.SIGINT, signal.SIGHUP):
+    for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP):
         signal.signal(number, signal.SIG_DFL)
 
 
