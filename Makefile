@@ -10,7 +10,7 @@ demo: .venv/ready
 	$(BIN)/gradnav demo --out out/demo
 
 test: .venv/ready
-	$(BIN)/pytest
+	$(BIN)/pytest --numprocesses 2 --dist loadfile
 
 test-long: .venv/ready
 	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 $(BIN)/pytest --timeout 3000 test/test_check.py test/test_shapes.py

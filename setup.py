@@ -11,7 +11,7 @@ ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 PLOT = ["matplotlib>=3.6"]
 BAGS = ["rosbags>=0.11"]
 TEST = ["pytest>=7", "hypothesis>=6", "pytest-timeout>=2", "pytest-xdist>=3", "wheel"]
-COLCON = ["colcon-common-extensions>=0.3", "setuptools<80"]
+COLCON = ["colcon-common-extensions>=0.3", "setuptools"]
 LINT = ["ruff>=0.8", "mypy>=1.11", "types-PyYAML", *COLCON]
 
 setup(

@@ -31,7 +31,7 @@ class Limits(Checked):
     wheel_separation: float = field(0.160, Number("distance between the wheels", "m", above=0.0))
 
     def __call__(self, v: Floats, omega: Floats) -> Twist:
-        """Return the command nearest in speed that the robot can follow on the same path."""
+        """Return the command scaled into what the drive can do, on the same path."""
         wheel = np.abs(v) + 0.5 * self.wheel_separation * np.abs(omega)
         demand = np.maximum(
             np.maximum(np.abs(v) / self.v, np.abs(omega) / self.omega), wheel / self.wheel
