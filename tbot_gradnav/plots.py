@@ -14,6 +14,7 @@ from tbot_gradnav.certify import Landscape, basins
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.files import written_whole
 from tbot_gradnav.potentials import Potential
+from tbot_gradnav.shapes import Circle
 from tbot_gradnav.simulate import extent
 from tbot_gradnav.world import Boundary, World
 
@@ -45,8 +46,23 @@ def figure(path: Path | str, width: float = 7.0, height: float = 7.0, **grid: An
         drawing.savefig(temporary, dpi=130, format=kind)
 
 
-def draw_world(ax: Any, world: World) -> None:
-    """Draw obstacles, their inflation, boundary and goal; axes in metres, equal scale."""
+def draw_world(ax: Any, world: World, goal_heading: tuple[float, float] | None = None) -> None:
+    """Draw obstacles, their inflation, boundary and goal; axes in metres, equal scale.
+
+    `goal_heading` (cos, sin) is drawn as an arrow, if the goal asks for one.
+    """
+    if goal_heading is not None:
+        ax.quiver(
+            *world.goal,
+            *goal_heading,
+            angles="xy",
+            scale=14,
+            width=0.008,
+            color=GOAL_COLOUR,
+            ec="black",
+            lw=0.7,
+            zorder=6,
+        )
     for name, shape in world.obstacles.items():
         ax.fill(*shape.outline, color=OBSTACLE_COLOUR, lw=0, zorder=3)
         ax.annotate(
@@ -55,7 +71,8 @@ def draw_world(ax: Any, world: World) -> None:
     if world.bounded:
         x, y = world.boundary.region.outline
         ax.plot(np.append(x, x[0]), np.append(y, y[0]), color="black", lw=1.5, zorder=3)
-    c_x, c_y, radius = extent(world)
+    region = world.boundary.region if world.bounded else Circle(*extent(world))
+    (edge_x, edge_y), margin = region.outline, 0.05 * extent(world)[2]
     if world.obstacles:
         _draw_inflation(ax, world)
     ax.plot(
@@ -73,8 +90,8 @@ def draw_world(ax: Any, world: World) -> None:
         xlabel="x [m]",
         ylabel="y [m]",
         aspect="equal",
-        xlim=(c_x - 1.05 * radius, c_x + 1.05 * radius),
-        ylim=(c_y - 1.05 * radius, c_y + 1.05 * radius),
+        xlim=(np.min(edge_x) - margin, np.max(edge_x) + margin),
+        ylim=(np.min(edge_y) - margin, np.max(edge_y) + margin),
     )
 
 

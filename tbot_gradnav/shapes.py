@@ -52,11 +52,22 @@ class Shape(Checked, ABC):
 
 
 @dataclass(frozen=True)
-class Circle(Shape):
-    """A circular obstacle."""
+class Round(Shape):
+    """A shape with a centre and no corners."""
 
     x: float = field(0.0, Number("centre", "m"))
     y: float = field(0.0, Number("centre", "m"))
+
+    @property
+    def centre(self) -> tuple[float, float]:
+        """The centre."""
+        return self.x, self.y
+
+
+@dataclass(frozen=True)
+class Circle(Round):
+    """A circular obstacle."""
+
     radius: float = field(1.0, Number("radius", "m", above=0.0))
 
     def distance(self, x: Floats, y: Floats) -> Distance:
@@ -69,11 +80,6 @@ class Circle(Shape):
     def size(self) -> float:
         """The radius."""
         return self.radius
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        """The centre."""
-        return self.x, self.y
 
     @property
     def outline(self) -> tuple[Array, Array]:
@@ -151,11 +157,9 @@ class Box(Cornered):
 
 
 @dataclass(frozen=True)
-class Ellipse(Shape):
+class Ellipse(Round):
     """An ellipse, turned by yaw."""
 
-    x: float = field(0.0, Number("centre", "m"))
-    y: float = field(0.0, Number("centre", "m"))
     semi_x: float = field(1.0, Number("half axis along its own x", "m", above=0.0))
     semi_y: float = field(1.0, Number("half axis along its own y", "m", above=0.0))
     yaw: float = field(0.0, Number("by which it is turned", "rad"))
@@ -189,11 +193,6 @@ class Ellipse(Shape):
     def size(self) -> float:
         """Radius of a disc of the same area."""
         return float(np.sqrt(self.semi_x * self.semi_y))
-
-    @property
-    def centre(self) -> tuple[float, float]:
-        """The centre."""
-        return self.x, self.y
 
     @property
     def outline(self) -> tuple[Array, Array]:

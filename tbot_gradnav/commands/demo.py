@@ -140,7 +140,7 @@ def _draw(path: Path, settings: Settings, observer: Any) -> None:
     track = np.array([(p.x, p.y, p.theta) for p in observer.path]).T
     with plots.figure(path) as ax:
         plots.draw_potential(ax, settings.chosen_potential)
-        plots.draw_world(ax, settings.world)
+        plots.draw_world(ax, settings.world, settings.goal_heading)
         plots.draw_path(ax, track)
         ax.set_title(
             f"law {settings.law}, potential {settings.potential}: {observer.seconds:.1f} s"

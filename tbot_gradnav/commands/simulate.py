@@ -127,7 +127,7 @@ def _plot(path: str | Path, controller: Controller, runs: Runs) -> None:
 
     with plots.figure(path) as ax:
         plots.draw_potential(ax, controller.potential)
-        plots.draw_world(ax, controller.settings.world)
+        plots.draw_world(ax, controller.settings.world, controller.settings.goal_heading)
         if runs.path is None:
             raise AssertionError("a run to be drawn is recorded")
         n = len(runs.time)
