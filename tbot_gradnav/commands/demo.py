@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -70,18 +71,25 @@ def watched(file: Path, configuration: Configuration) -> Any:
         from tbot_gradnav.observer import Observer
     except ImportError as error:
         raise GradnavError("driving over ROS needs ROS 2: pip install tbot_gradnav[ros]") from error
-    for number in (signal.SIGTERM, signal.SIGHUP):  # end the nodes, as Ctrl-C does
-        signal.signal(number, signal.default_int_handler)
     with ExitStack() as stack:
+        interrupted = threading.Event()  # raising within rclpy's C code would turn into a TypeError
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            before = signal.signal(number, lambda *_: interrupted.set())
+            stack.callback(signal.signal, number, before)
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         stack.callback(rclpy.try_shutdown)
         observer = Observer(configuration)
         stack.callback(observer.destroy_node)
         processes = {"fake_robot": stack.enter_context(_node("fake_robot", file))}
         # Whoever misses the first odometry takes a later pose for the start.
-        _spin(observer, processes, lambda: observer.believed is not None and observer.path)
+        _spin(observer, processes, interrupted, lambda: observer.believed and observer.path)
         processes["navigator"] = stack.enter_context(_node("navigator", file))
-        _spin(observer, processes, lambda: observer.done or observer.seconds >= TIME_LIMIT)
+        _spin(
+            observer,
+            processes,
+            interrupted,
+            lambda: observer.done or observer.seconds >= TIME_LIMIT,
+        )
     return observer
 
 
@@ -103,7 +111,9 @@ def _node(name: str, file: Path) -> Iterator["subprocess.Popen[bytes]"]:
             process.wait()
 
 
-def _spin(observer: Any, processes: Processes, until: Callable[[], object]) -> None:
+def _spin(
+    observer: Any, processes: Processes, interrupted: threading.Event, until: Callable[[], object]
+) -> None:
     """Listen and show progress until a condition holds; raise GradnavError if something fails."""
     import rclpy
 
@@ -111,6 +121,8 @@ def _spin(observer: Any, processes: Processes, until: Callable[[], object]) -> N
     farthest = 0.0
     while not until():
         rclpy.spin_once(observer, timeout_sec=0.1)
+        if interrupted.is_set():
+            raise KeyboardInterrupt
         now = time.monotonic()
         if len(observer.path) > count:
             heard, count = now, len(observer.path)
