@@ -140,11 +140,13 @@ def _spin(
 
 def _progress(observer: Any, farthest: float) -> str:
     done = round(BAR * (1.0 - observer.distance / max(farthest, 1e-9)))
-    v, omega = observer.twist or (0.0, 0.0)
+    # until discovery has found the navigator, the robot may drive by commands not heard here
+    twist = observer.twist
+    command = f", v {twist.v:+.2f} m/s, omega {twist.omega:+.2f} rad/s" if twist else ""
     near = f", clearance {observer.clearance:.2f} m" if np.isfinite(observer.clearance) else ""
     return (
         f"[{'#' * done}{'.' * (BAR - done)}] {observer.seconds:5.1f} s, goal "
-        f"{observer.distance:.2f} m away, v {v:+.2f} m/s, omega {omega:+.2f} rad/s{near}"
+        f"{observer.distance:.2f} m away{command}{near}"
     )
 
 
