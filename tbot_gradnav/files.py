@@ -18,7 +18,9 @@ def written_whole(path: Path | str) -> Iterator[Path]:
 
     Raises GradnavError where it cannot be written.
     """
-    target = Path(path)
+    target = Path(os.path.realpath(path))  # a link stays, what it points to is replaced
+    if target.exists() and not target.is_file():
+        raise GradnavError(f"{path}: it exists and is no file; it is left alone")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=".gradnav-", dir=target.parent) as folder:

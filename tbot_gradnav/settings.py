@@ -44,7 +44,9 @@ class Settings(Checked):
     """
 
     law: str = field("descent", Choice("control law", tuple(LAWS)))
-    k_v: float = field(0.5, Number("gain of v; k_v, k_omega < 0 drive backward", "1/s"))
+    k_v: float = field(
+        0.5, Number("gain of v; k_v, k_omega < 0 drive backward; brake uses its sign only", "1/s")
+    )
     k_omega: float = field(3.0, Number("gain of omega", "rad/s"))
     auto_reverse: bool = field(
         True, Flag("may flip both gains when a goal is set, to start the short way")

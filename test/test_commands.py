@@ -121,6 +121,16 @@ def test_a_full_disk_leaves_no_half_a_file(tmp_path):
     assert list(tmp_path.iterdir()) == [out]
 
 
+def test_only_files_are_replaced_and_links_stay(tmp_path):
+    assert_refused(gradnav("simulate", "position.yaml", "--json", "/dev/null"), "/dev/null")
+    assert_refused(gradnav("simulate", "position.yaml", "--json", tmp_path), "left alone")
+    real, link = tmp_path / "real.json", tmp_path / "link.json"
+    link.symlink_to(real)
+    assert gradnav("simulate", "position.yaml", "--json", link).returncode == OK
+    assert link.is_symlink()
+    assert json.loads(real.read_text())["law"] == "position"
+
+
 def test_help_and_no_command_and_a_closed_pipe_are_no_accident():
     assert gradnav("--help").returncode == OK
     assert_refused(gradnav(), "COMMAND")

@@ -11,16 +11,25 @@ from pathlib import Path
 from tbot_gradnav.options import FakeRobotOptions, NavigatorOptions
 from tbot_gradnav.parameters import Parameter, parameters_of
 from tbot_gradnav.settings import settings_parameters
+from tbot_gradnav.shapes import SHAPES
 
 README = Path(__file__).parents[1] / "README.md"
 BEGIN, END = "<!-- parameters -->", "<!-- end of parameters -->"
 EXAMPLE = {"obstacles.names": ["NAME"]}
+PREFIX = "obstacles.NAME."
 
 
 def table() -> str:
     """Return the table in Markdown, a section for each user of the parameters."""
     sections = {
         "Law, potential and world": settings_parameters(EXAMPLE),
+        **{
+            f"Obstacle of shape {name} (besides, see {PREFIX}shape)": {
+                PREFIX + key: entry for key, entry in parameters_of(shape).items()
+            }
+            for name, shape in SHAPES.items()
+            if name != "circle"
+        },
         "Navigator": parameters_of(NavigatorOptions),
         "Fake robot": parameters_of(FakeRobotOptions),
     }
@@ -39,7 +48,7 @@ def _row(name: str, parameter: Parameter, default: object) -> str:
     shown = str(list(default) if isinstance(default, tuple) else default)
     if isinstance(default, bool):
         shown = shown.lower()
-    if name.startswith("obstacles.NAME."):
+    if name.startswith(PREFIX) and not name.endswith(("shape", "yaw")):
         shown = ""
     about = parameter.about.replace("|", "\\|")
     return f"| `{name}` | {shown} | {parameter.unit} | {about}; {allowed} |"

@@ -13,7 +13,7 @@ from tbot_gradnav.files import write_json
 from tbot_gradnav.potentials import AttractiveRepulsive, NavigationFunction, Potential
 from tbot_gradnav.settings import Settings
 
-WEAKENINGS = 6  # halvings of influence distance and weight tried for advice
+NEAREST = 0.05  # [m] a smaller influence distance is within a few control periods' travel
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def _advice(potential: Potential, k: int | None) -> str:
     if isinstance(potential, NavigationFunction) and k is not None:
         return f". navigation_function.k: {k} is the smallest integer that leaves none"
     if isinstance(potential, AttractiveRepulsive):
-        for _ in range(WEAKENINGS):
+        while potential.influence_distance >= 2.0 * NEAREST:
             potential = replace(
                 potential,
                 influence_distance=0.5 * potential.influence_distance,
