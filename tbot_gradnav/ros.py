@@ -32,7 +32,7 @@ N = TypeVar("N", bound=Node)
 
 
 def run(make: Callable[[], N], close: Callable[[N], None], arguments: Sequence[str]) -> int:
-    """Run a node until SIGINT, SIGTERM or SIGHUP; `close` it and return the exit status.
+    """Run a node until one of SIGNALS; `close` it and return the exit status.
 
     Signals only set a flag: nothing interrupts the zero velocity on its way out, however many
     come. rclpy's own handlers would invalidate the publisher first.
