@@ -135,15 +135,13 @@ def run_of(
 def _simulated(settings: Settings, period: float) -> Group:
     x, y, yaw = np.array(settings.all_starts).T
     runs = simulate(Controller.of(settings), Pose.at(x, y, yaw), period, record=True)
-    if runs.path is None:
-        raise AssertionError("a run to be drawn is recorded")
     group = []
     for i, time in enumerate(runs.time):
         t = period * np.arange(round(time / period) + 1)
         outcome = (
             "collided" if runs.collided[i] else "arrived" if runs.arrived[i] else "not arrived"
         )
-        group.append(run_of(settings, t, runs.path[:, : t.size, i], outcome, yaw[i]))
+        group.append(run_of(settings, t, runs.recorded[:, : t.size, i], outcome, yaw[i]))
     return group
 
 

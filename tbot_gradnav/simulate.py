@@ -37,6 +37,13 @@ class Runs:
     final_distance: NDArray[np.float64]
     path: NDArray[np.float64] | None = None
 
+    @property
+    def recorded(self) -> NDArray[np.float64]:
+        """The path, of runs that were recorded."""
+        if self.path is None:
+            raise AssertionError("these runs were not recorded")
+        return self.path
+
 
 def simulate(
     controller: Controller,

@@ -128,13 +128,14 @@ def _plot(path: str | Path, controller: Controller, runs: Runs) -> None:
     with plots.figure(path) as ax:
         plots.draw_potential(ax, controller.potential)
         plots.draw_world(ax, controller.settings.world, controller.settings.goal_heading)
-        if runs.path is None:
-            raise AssertionError("a run to be drawn is recorded")
         n = len(runs.time)
         for i in range(n):
             last = round(runs.time[i] / runs.dt) + 1
             plots.draw_path(
-                ax, runs.path[:, :last, i], arrows=12 if n <= 12 else 2, lw=1.8 if n <= 12 else 0.8
+                ax,
+                runs.recorded[:, :last, i],
+                arrows=12 if n <= 12 else 2,
+                lw=1.8 if n <= 12 else 0.8,
             )
         settings = controller.settings
         ax.set_title(f"law {settings.law}, potential {settings.potential}")

@@ -195,6 +195,4 @@ def _draw_descent(ax: Any, controller: Controller) -> None:
 def _driven(controller: Controller) -> NDArray[np.float64]:
     """Return x, y, theta of the pictured run, shape (3, steps)."""
     runs = simulate(controller, Pose.at(*np.array(PICTURED)[:, None]), record=True)
-    if runs.path is None:
-        raise AssertionError("a run to be drawn is recorded")
-    return runs.path[:, :, 0]
+    return runs.recorded[:, :, 0]
