@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Real nodes on a ROS graph of their own, and ways to wait for what they do."""
 
-import itertools
+import fcntl
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -14,12 +16,25 @@ import pytest
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 # Shared memory left by a process killed on purpose can crash Fast DDS in whoever comes after it.
 os.environ["FASTDDS_BUILTIN_TRANSPORTS"] = "UDPv4"
-SHARE = 33  # of the ROS domains 1 to 99, for each of up to three workers of pytest-xdist
-WORKER = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]) % 3
-DOMAINS = itertools.cycle(1 + WORKER * SHARE + (os.getpid() + i) % SHARE for i in range(SHARE))
+DOMAINS = range(1, 100)  # beyond, ports of Fast DDS run into those that Linux hands out
 PATIENCE = 15.0  # [s] discovery mostly takes 0.1 s, sometimes 2.4 s
 ROOT = Path(__file__).parents[1]
 CONFIG = ROOT / "config"
+
+
+@contextmanager
+def ros_domain():
+    """Give a ROS domain that no other test of this machine has, whoever runs it."""
+    first = os.getpid() % len(DOMAINS)
+    for domain in (*DOMAINS[first:], *DOMAINS[:first]):
+        with Path(tempfile.gettempdir(), f"tbot_gradnav_domain_{domain}").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                continue
+            yield domain
+            return
+    pytest.fail("no ROS domain is free")
 
 
 def heed_signals():
@@ -69,10 +84,10 @@ class Process:
 class Graph:
     """A ROS graph: a node of the test, and processes started on the same domain."""
 
-    def __init__(self, folder):
+    def __init__(self, folder, domain):
         import rclpy
 
-        self.domain = next(DOMAINS)
+        self.domain = domain
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[], domain_id=self.domain)
         self.node = rclpy.create_node("test", context=self.context)
@@ -121,9 +136,10 @@ class Graph:
 def graph(tmp_path):
     """Give a ROS graph on a domain that no other test uses."""
     pytest.importorskip("rclpy", reason="needs ROS 2")
-    graph = Graph(tmp_path)
-    yield graph
-    graph.close()
+    with ros_domain() as domain:
+        graph = Graph(tmp_path, domain)
+        yield graph
+        graph.close()
 
 
 @pytest.fixture

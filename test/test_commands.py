@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 import pytest
-from conftest import CONFIG, ROOT, heed_signals
+from conftest import CONFIG, ROOT, heed_signals, ros_domain
 
 OK, NO, WRONG = 0, 1, 2
 
@@ -178,7 +178,8 @@ def test_its_parameters_are_checked_like_ours(installed_potential, parameter_fil
 @pytest.fixture
 def domain():
     """Give the demo a domain of its own."""
-    return {"ROS_DOMAIN_ID": str(101 - os.getpid() % 50)}
+    with ros_domain() as domain:
+        yield {"ROS_DOMAIN_ID": str(domain)}
 
 
 def test_demo_drives_to_the_goal_and_leaves_a_picture_and_a_bag(tmp_path, domain):

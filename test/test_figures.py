@@ -2,13 +2,12 @@
 """The paper's figures: that they are drawn, and that what is drawn is what the paper says."""
 
 import importlib.util
-import os
 import struct
 from argparse import Namespace
 
 import numpy as np
 import pytest
-from conftest import CONFIG
+from conftest import CONFIG, ros_domain
 from test_commands import NO, OK, assert_refused, gradnav
 
 from tbot_gradnav import closed_form, figures
@@ -24,8 +23,9 @@ ROS = importlib.util.find_spec("rclpy") is not None
 def drawn(tmp_path_factory):
     """Run the command once; give its result and the folder of pictures."""
     out = tmp_path_factory.mktemp("figures") / "new"
-    domain = {"ROS_DOMAIN_ID": str(101 - os.getpid() % 50)}
-    return gradnav("figures", "--out", out, *["--ros"] * ROS, env=domain), out
+    with ros_domain() as domain:
+        environment = {"ROS_DOMAIN_ID": str(domain)}
+        return gradnav("figures", "--out", out, *["--ros"] * ROS, env=environment), out
 
 
 @pytest.fixture(scope="module")

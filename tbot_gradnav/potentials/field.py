@@ -2,10 +2,12 @@
 """What a potential is and what it returns."""
 
 from abc import ABC, abstractmethod
+from copy import copy
 from dataclasses import dataclass, fields
-from typing import ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tbot_gradnav.parameters import Checked
 from tbot_gradnav.unicycle import Floats
@@ -37,6 +39,19 @@ class Field(NamedTuple):
         return self.scale * norm, self.g_x * inverse, self.g_y * inverse
 
 
+class Points(NamedTuple):
+    """Points in the world frame [m]: of shape (M,), or (M, N) where each of N robots has its own.
+
+    A point that is not there is at nan.
+    """
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+
+
+NOTHING = Points(np.empty(0), np.empty(0))
+
+
 @dataclass(frozen=True)
 class Potential(Checked, ABC):
     """A potential of the robot's position in a world, smooth and least at the goal.
@@ -49,7 +64,29 @@ class Potential(Checked, ABC):
 
     repels: ClassVar[bool] = True  # whether it is largest on obstacles and boundary
 
+    looks: ClassVar[bool] = False  # whether it repels from what the lidar sees
+
     world: World
+
+    def seeing(self, points: Points) -> Self:
+        """Return the same potential with these points seen by the lidar."""
+        other = copy(self)  # with whatever is cached
+        object.__setattr__(other, "_seen", points)
+        return other
+
+    @property
+    def seen(self) -> Points:
+        """What the lidar sees."""
+        points: Points = self.__dict__.get("_seen", NOTHING)
+        return points
+
+    @property
+    def ready(self) -> bool:
+        """Whether a call would return at once."""
+        return True
+
+    def prepare(self) -> None:
+        """Begin, in the background, what takes longer than a control period."""
 
     def worded(self, name: str) -> str:
         """Return the potential's name with its gains, for people."""
