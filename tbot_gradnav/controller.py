@@ -2,7 +2,7 @@
 """The whole controller: pose, potential, law, limits, command."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tbot_gradnav import pose_law, shaping
 from tbot_gradnav.laws import LAWS, TOWARDS_GOAL, Law, State
-from tbot_gradnav.potentials import Potential
+from tbot_gradnav.potentials import Points, Potential
 from tbot_gradnav.settings import Settings
 from tbot_gradnav.unicycle import Floats, Pose, Twist
 
@@ -41,6 +41,10 @@ class Controller:
         driving: Floats = np.where(self.arrived(pose), 0.0, 1.0)
         return Twist(driving * v, driving * omega)
 
+    def seeing(self, points: Points) -> "Controller":
+        """Return the same controller with these points seen by the lidar."""
+        return replace(self, potential=self.potential.seeing(points))
+
     def gear(self, pose: Pose) -> Floats:
         """Return +1 to keep the signs of the gains, -1 to flip both (Remark IV.4).
 
@@ -58,8 +62,9 @@ class Controller:
 
     def distance(self, pose: Pose) -> Floats:
         """Return rho, the distance to the goal [m]."""
-        goal_x, goal_y = self.settings.world.goal
-        return np.hypot(pose.x - goal_x, pose.y - goal_y)
+        dx, dy = pose.x - self.settings.world.goal[0], pose.y - self.settings.world.goal[1]
+        distance: Floats = np.sqrt(dx * dx + dy * dy)
+        return distance
 
     def arrived(self, pose: Pose) -> NDArray[np.bool_]:
         """Return whether a robot is at the goal and, if that matters, headed as it asks."""
@@ -75,7 +80,7 @@ class Controller:
 
     @cached_property
     def _ball(self) -> float:
-        return pose_law.ball(self.settings.world)
+        return pose_law.ball(self.potential.clearance(*self.settings.world.goal))
 
     def _aligned(self, at: State, v: Floats, omega: Floats, heading: tuple[float, float]) -> Twist:
         """Return the command of the pose law where it holds, else the one given."""

@@ -11,16 +11,19 @@ from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock as ClockMessage
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Trigger
 
 from tbot_gradnav import ros
+from tbot_gradnav.fake_lidar import LIDARS, SWEEP_PERIOD, FakeLidar
 from tbot_gradnav.odometry import Reading
 from tbot_gradnav.options import FakeRobotOptions
 from tbot_gradnav.parameters import parameters_of
 from tbot_gradnav.plant import Plant
+from tbot_gradnav.settings import Settings
 from tbot_gradnav.unicycle import Pose, Twist, quaternion
 
 try:
@@ -35,7 +38,8 @@ class FakeRobot(Node):
     """Integrates cmd_vel along exact arcs and publishes what a TurtleBot3 Burger would.
 
     Publishes odom, joint_states, tf (where tf2_msgs is installed), /clock (where the real time
-    factor is not 1) and ground_truth, the pose in the world that only a fake robot knows. Raises
+    factor is not 1), ground_truth, the pose in the world that only a fake robot knows, and, while
+    somebody listens, scan: what a lidar would see of the file's obstacles and boundary. Raises
     GradnavError for parameters that are not allowed.
     """
 
@@ -49,6 +53,8 @@ class FakeRobot(Node):
         self._options = configuration.fake_robot
         self._world_frame = configuration.navigator.world_frame
         self._plant = Plant(self._options, configuration.settings.start)
+        self._lidar = _lidar(self._options, configuration.settings)
+        self._next_sweep = 0.0  # [s] when the lidar has turned once more
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self._wall_start = self._steady.now()
         self._start = Clock(clock_type=ClockType.SYSTEM_TIME).now()
@@ -56,6 +62,7 @@ class FakeRobot(Node):
         self._odom = self.create_publisher(OdometryMessage, "odom", 10)
         self._truth = self.create_publisher(PoseStamped, "ground_truth", 10)
         self._joints = self.create_publisher(JointState, "joint_states", 10)
+        self._scan = self.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
         self._tf = TFMessage and self.create_publisher(TFMessage, "/tf", 100)
         self._clock_publisher = (
             self.create_publisher(ClockMessage, "/clock", 10)
@@ -101,6 +108,10 @@ class FakeRobot(Node):
         if self._tf:
             self._publish_tf(stamp, reading)
         self._publish_odometry(stamp, reading)
+        if now >= self._next_sweep:
+            self._next_sweep = now - now % SWEEP_PERIOD + SWEEP_PERIOD
+            if self._scan.get_subscription_count() > 0:
+                self._publish_scan(stamp)
 
     def _publish_odometry(self, stamp: Any, reading: Reading) -> None:
         message = OdometryMessage()
@@ -128,6 +139,17 @@ class FakeRobot(Node):
         message.position = list(self._plant.wheels)
         self._joints.publish(message)
 
+    def _publish_scan(self, stamp: Any) -> None:
+        sweep = self._lidar.sweep(0.0, self._plant.pose)
+        message = LaserScan()
+        message.header.stamp, message.header.frame_id = stamp, "base_scan"
+        message.angle_min, message.angle_increment = sweep.angle_min, sweep.angle_increment
+        message.angle_max = sweep.angle_min + (sweep.ranges.size - 1) * sweep.angle_increment
+        message.range_min, message.range_max = sweep.range_min, sweep.range_max
+        message.scan_time = SWEEP_PERIOD
+        message.ranges = sweep.ranges.tolist()
+        self._scan.publish(message)
+
     def _publish_tf(self, stamp: Any, reading: Reading) -> None:
         transform = TransformStamped()
         transform.header.stamp = stamp
@@ -141,6 +163,17 @@ class FakeRobot(Node):
         self._plant.reset_odometry()
         response.success, response.message = True, "odometry reset"
         return response
+
+
+def _lidar(options: FakeRobotOptions, settings: Settings) -> FakeLidar:
+    return FakeLidar(
+        settings.world,
+        settings.lidar_x,
+        LIDARS[options.lidar],
+        options.range_noise,
+        options.range_dropout,
+        options.seed,
+    )
 
 
 def main(arguments: Sequence[str] = sys.argv) -> int:

@@ -12,10 +12,15 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
+from rclpy.qos import qos_profile_sensor_data
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import LaserScan
 
 from tbot_gradnav import ros
 from tbot_gradnav.command_publisher import CommandPublisher
+from tbot_gradnav.company import Company
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.lidar import BadScanError, Sweep
 from tbot_gradnav.navigation import Navigation, State
 from tbot_gradnav.odometry import BadOdometryError, GoalPose, Notice, Reading
 from tbot_gradnav.options import Configuration
@@ -47,6 +52,7 @@ class Navigator(Node):
         options = self._configuration.navigator
         self._navigation = Navigation(self._configuration.settings, options.world_frame)
         self._commands = CommandPublisher(self, options.cmd_vel_type)
+        self._company = Company(self)
         self._checked = self._configuration  # parameters that have passed, to be taken next
         # Safety hangs on a clock that nobody sets and that never stands still.
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -58,6 +64,8 @@ class Navigator(Node):
         self.add_post_set_parameters_callback(self._take_parameters)
         self._odometry = self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
         self.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
+        self._lidar: Subscription | None = None
+        self._listen()
         self.create_timer(CHECK_PERIOD, self._check_odometry, clock=self._steady)
         self._introduce()
 
@@ -82,6 +90,23 @@ class Navigator(Node):
         self._resume()
         for notice in notices:
             self._tell(notice)
+
+    def _listen(self) -> None:
+        """Subscribe scan while the potential needs it."""
+        looks = self._configuration.settings.chosen_potential.looks
+        if looks and self._lidar is None:
+            self._lidar = self.create_subscription(
+                LaserScan, "scan", self._on_scan, qos_profile_sensor_data
+            )
+        elif self._lidar is not None and not looks:
+            self.destroy_subscription(self._lidar)
+            self._lidar = None
+
+    def _on_scan(self, message: LaserScan) -> None:
+        try:
+            self._navigation.see(Sweep.of(message))
+        except BadScanError as error:
+            self._say("bad scan", str(error))
 
     def _resume(self) -> None:
         """Note that good odometry came; say so once it has come for a while."""
@@ -153,6 +178,7 @@ class Navigator(Node):
         before, self._configuration = self._configuration.settings, self._checked
         settings = self._configuration.settings
         self._navigation.change(settings)
+        self._listen()
         if settings.goal != before.goal:
             self.get_logger().info(f"new goal: {_worded(settings.goal)}")
         for caution in set(settings.cautions) - set(before.cautions):

@@ -2,6 +2,7 @@
 """From odometry messages to the pose in the world, whatever the messages look like."""
 
 import math
+from collections import deque
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ FAR = 1e6  # [m] no odometry of a small robot is beyond
 JUMP_DISTANCE = 0.1  # [m] more than twice what the limits allow, plus this, is a jump
 JUMP_ANGLE = 0.3  # [rad] likewise
 HOLE = 1.0  # [s] between two stamps
+MEMORY = 64  # messages of which the poses are kept
 COS_TILT = math.cos(math.radians(30.0))
 
 
@@ -79,6 +81,7 @@ class Odometry:
         self._initial = initial
         self.limits = limits  # beyond which a motion is a jump
         self._last: tuple[float, Pose] | None = None
+        self._past: deque[tuple[float, Pose]] = deque(maxlen=MEMORY)  # without jumps
 
     def update(self, reading: Reading) -> tuple[Pose, list[Notice]]:
         """Return the pose in the world and what stands out. Raises BadOdometryError."""
@@ -87,8 +90,23 @@ class Odometry:
         if self.frame is None:
             self.frame = self._initial.compose(pose.inverse())
         self._last = reading.stamp, pose
+        if any(notice.kind in ("jump", "backward", "repeated") for notice in notices):
+            self._past.clear()
+        self._past.append(self._last)
         self._frame_names = self._frame_names[0], reading.frame
         return self.frame.compose(pose), notices
+
+    def at(self, stamp: float) -> Pose | None:
+        """Return the pose in the world at a time [s] between recent messages, None at another."""
+        if self.frame is None or not self._past[0][0] <= stamp <= self._past[-1][0]:
+            return None
+        stamps = [s for s, _ in self._past]
+        x, y, cos, sin = (
+            float(np.interp(stamp, stamps, part))
+            for part in zip(*(p for _, p in self._past), strict=True)
+        )
+        norm = math.hypot(cos, sin)
+        return self.frame.compose(Pose(x, y, cos / norm, sin / norm))
 
     def in_world(self, goal: GoalPose) -> tuple[float, ...]:
         """Return a goal in the world frame: x, y [m] and, if it has an orientation, yaw [rad].

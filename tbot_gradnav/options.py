@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from tbot_gradnav.fake_lidar import LIDARS
 from tbot_gradnav.parameters import (
     Checked,
     Choice,
@@ -40,6 +41,16 @@ class NavigatorOptions(Checked):
 
 
 @dataclass(frozen=True)
+class WatchdogOptions(Checked):
+    """When commands are taken for broken off."""
+
+    watchdog_timeout: float = field(
+        0.5,
+        Number("a robot told to drive is stopped without a command for this long", "s", above=0.0),
+    )
+
+
+@dataclass(frozen=True)
 class FakeRobotOptions(Checked):
     """How the fake robot differs from an ideal one."""
 
@@ -50,6 +61,15 @@ class FakeRobotOptions(Checked):
     )
     driver_quirks: bool = field(
         False, Flag("clamp, truncate to 0.01 and ignore wheel speeds as the real driver does")
+    )
+    lidar: str = field(
+        "lds_02", Choice("whose LaserScan is published while somebody listens", tuple(LIDARS))
+    )
+    range_noise: float = field(
+        0.0, Number("standard deviation of each range of the lidar", "m", at_least=0.0)
+    )
+    range_dropout: float = field(
+        0.0, Number("share of the lidar's beams that are lost", at_least=0.0, at_most=1.0)
     )
     command_latency: float = field(
         0.0, Number("from a command's arrival to its effect", "s", at_least=0.0)
@@ -85,6 +105,7 @@ class Configuration:
 
     settings: Settings
     navigator: NavigatorOptions
+    watchdog: WatchdogOptions
     fake_robot: FakeRobotOptions
 
     @classmethod
@@ -94,11 +115,19 @@ class Configuration:
         The poses to start from must be free only while `starting`.
         """
         rest = {name: value for name, value in values.items() if not name.startswith(OF_ROS)}
-        options = build(NavigatorOptions, rest), build(FakeRobotOptions, rest)
+        options = (
+            build(NavigatorOptions, rest),
+            build(WatchdogOptions, rest),
+            build(FakeRobotOptions, rest),
+        )
         return cls(Settings.of(rest, OPTIONS, starting), *options)
 
 
-OPTIONS = parameters_of(NavigatorOptions) | parameters_of(FakeRobotOptions)
+OPTIONS = (
+    parameters_of(NavigatorOptions)
+    | parameters_of(WatchdogOptions)
+    | parameters_of(FakeRobotOptions)
+)
 
 
 def known_parameters(values: Mapping[str, object]) -> dict[str, tuple[Parameter, Any]]:

@@ -17,7 +17,6 @@ import numpy as np
 
 from tbot_gradnav.laws import State
 from tbot_gradnav.unicycle import Floats, Twist
-from tbot_gradnav.world import World
 
 GAMMA = 0.5  # [1/s]
 KAPPA = 1.0  # [rad/s]
@@ -28,9 +27,9 @@ MARGIN = 0.95  # of the free ball
 TURN = 1.5  # [rad/s] on the spot
 
 
-def ball(world: World) -> float:
-    """Return the radius [m] of the ball about the goal for the law, 0 where none fits."""
-    free = min(LARGEST_BALL, MARGIN * float(world.clearance(*world.goal)))
+def ball(clearance: Floats) -> float:
+    """Return the radius [m] of the law's ball for a goal's clearance [m]; 0 where none fits."""
+    free = min(LARGEST_BALL, MARGIN * float(clearance))
     return free if free >= SMALLEST_BALL else 0.0
 
 

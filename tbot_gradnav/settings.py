@@ -33,6 +33,7 @@ from tbot_gradnav.world import Boundary, World
 OBSTACLES = "obstacles."
 NAMES = Names("names of the obstacles; each has an entry of its own")
 SHAPE = Choice("shape of an obstacle", tuple(SHAPES))
+MOST_WAYPOINTS = 100  # each has a potential of its own, made beforehand
 OPTIONAL = "yaw"  # of an obstacle; all else must be given
 
 
@@ -64,6 +65,18 @@ class Settings(Checked):
             (0, 2, 3),
         ),
     )
+    waypoints: tuple[float, ...] = field(
+        (),
+        Numbers(
+            "x, y of the points passed on the way to the goal, in this order",
+            "m",
+            rows=2,
+            at_most=MOST_WAYPOINTS,
+        ),
+    )
+    waypoint_tolerance: float = field(
+        0.2, Number("how near a waypoint is passed; there is no stop", "m", above=0.0)
+    )
     initial_pose: tuple[float, ...] = field(
         (0.0, 0.0, 0.0),
         Numbers("x, y, yaw in the world frame at the first odometry", "m, rad", (3,)),
@@ -74,6 +87,9 @@ class Settings(Checked):
     )
     robot_radius: float = field(
         0.105, Number("obstacles and boundary are inflated by it", "m", at_least=0.0)
+    )
+    lidar_x: float = field(
+        -0.032, Number("how far ahead of the robot's centre the lidar is, for potential scan", "m")
     )
     xy_goal_tolerance: float = field(0.05, Number("how near the goal is arrived", "m", above=0.0))
     yaw_goal_tolerance: float = field(
@@ -109,12 +125,27 @@ class Settings(Checked):
         self._check_gains()
         if self.has_goal:
             self.world.refuse_occupied("goal", *self.goal[:2])
-        _ = self.chosen_potential  # which refuses what it cannot be made of
+        for x, y in self._waypoints:
+            self.world.refuse_occupied("waypoints", x, y)
+        for leg in self.legs:
+            _ = leg.chosen_potential  # which refuses what it cannot be made of
 
     @property
     def has_goal(self) -> bool:
         """Whether a goal is set."""
         return len(self.goal) > 0
+
+    @cached_property
+    def legs(self) -> "list[Settings]":
+        """These settings with each waypoint in the goal's place, then with the goal itself."""
+        if not self.waypoints:
+            return [self]
+        goals = [*self._waypoints, self.goal] if self.has_goal else [()]
+        return [dataclasses.replace(self, goal=goal, waypoints=()) for goal in goals]
+
+    @property
+    def _waypoints(self) -> list[tuple[float, float]]:
+        return list(zip(self.waypoints[::2], self.waypoints[1::2], strict=True))
 
     @cached_property
     def goal_heading(self) -> tuple[float, float] | None:

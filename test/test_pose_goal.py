@@ -57,7 +57,8 @@ def test_the_hard_starts_arrive_too():
 
 def test_where_no_ball_fits_the_robot_turns_at_the_goal():
     control = towards(1.05, 0.2, 1.0)  # 0.1 m clear of an obstacle
-    assert pose_law.ball(control.settings.world) == 0.0
+    world = control.settings.world
+    assert pose_law.ball(world.clearance(*world.goal)) == 0.0
     runs = simulate(control, random_starts(control.settings.world, 50, 1), record=True)
     assert runs.arrived.all()
     assert not runs.collided.any()

@@ -7,17 +7,20 @@ from importlib.metadata import EntryPoint, entry_points
 
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.potentials.attractive_repulsive import AttractiveRepulsive
-from tbot_gradnav.potentials.field import Field, Potential
+from tbot_gradnav.potentials.field import Field, Points, Potential
 from tbot_gradnav.potentials.navigation_function import NavigationFunction
 from tbot_gradnav.potentials.quadratic import Quadratic
+from tbot_gradnav.potentials.scan import Scan
 
 __all__ = [
     "GROUP",
     "AttractiveRepulsive",
     "Field",
     "NavigationFunction",
+    "Points",
     "Potential",
     "Quadratic",
+    "Scan",
     "potentials",
 ]
 
@@ -34,6 +37,7 @@ def potentials() -> Mapping[str, type[Potential]]:
         "quadratic": Quadratic,
         "navigation_function": NavigationFunction,
         "attractive_repulsive": AttractiveRepulsive,
+        "scan": Scan,
     }
     return own | {entry.name: _load(entry) for entry in entry_points(group=GROUP)}
 

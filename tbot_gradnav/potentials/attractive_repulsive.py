@@ -9,7 +9,7 @@ import numpy as np
 from tbot_gradnav.parameters import Flag, Number, field
 from tbot_gradnav.potentials.field import Field, Potential
 from tbot_gradnav.unicycle import Floats
-from tbot_gradnav.world import TOUCHING
+from tbot_gradnav.world import TOUCHING, over_rows
 
 
 @dataclass(frozen=True)
@@ -39,16 +39,14 @@ class AttractiveRepulsive(Potential):
         d, n_x, n_y = self.world.distances(x, y)
         inverse = 1.0 / np.maximum(d, TOUCHING)
         excess = np.maximum(inverse - 1.0 / self.influence_distance, 0.0)
-        push = -self.k_repulsive * excess * inverse * inverse
-        repulsion = 0.5 * self.k_repulsive * (excess * excess).sum(axis=0)
-        push_x, push_y = (push * n_x).sum(axis=0), (push * n_y).sum(axis=0)
-        weight, pull = (
-            (rho2, self.k_attractive + 2.0 * repulsion)
-            if self.goal_scaled
-            else (1.0, self.k_attractive)
-        )
+        push = excess * inverse * inverse
+        push_x, push_y = over_rows(push, n_x), over_rows(push, n_y)
+        repulsion = 0.5 * self.k_repulsive * over_rows(excess, excess)
+        scale = rho2 if self.goal_scaled else 1.0
+        pull = self.k_attractive + (2.0 * repulsion if self.goal_scaled else 0.0)
+        weight = self.k_repulsive * scale
         return Field(
-            phi=0.5 * self.k_attractive * rho2 + weight * repulsion,
-            g_x=pull * dx + weight * push_x,
-            g_y=pull * dy + weight * push_y,
+            phi=0.5 * self.k_attractive * rho2 + scale * repulsion,
+            g_x=pull * dx - weight * push_x,
+            g_y=pull * dy - weight * push_y,
         )

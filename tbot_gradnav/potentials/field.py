@@ -42,13 +42,14 @@ class Field(NamedTuple):
 class Points(NamedTuple):
     """Points in the world frame [m]: of shape (M,), or (M, N) where each of N robots has its own.
 
-    A point that is not there is at nan.
+    What is missing in a column is filled up with points ABSENT metres away.
     """
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
 
 
+ABSENT = 1e9  # [m]
 NOTHING = Points(np.empty(0), np.empty(0))
 
 
@@ -79,6 +80,10 @@ class Potential(Checked, ABC):
         """What the lidar sees."""
         points: Points = self.__dict__.get("_seen", NOTHING)
         return points
+
+    def clearance(self, x: Floats, y: Floats) -> Floats:
+        """Return how far [m] a robot at (x, y) is from the nearest thing the potential knows."""
+        return self.world.clearance(x, y)
 
     @property
     def ready(self) -> bool:

@@ -10,7 +10,7 @@ from tbot_gradnav.errors import ParameterError
 from tbot_gradnav.parameters import Number, field
 from tbot_gradnav.potentials.field import Field, Potential
 from tbot_gradnav.unicycle import Floats
-from tbot_gradnav.world import TOUCHING, column
+from tbot_gradnav.world import TOUCHING, column, over_rows
 
 
 @dataclass(frozen=True)
@@ -60,15 +60,16 @@ class NavigationFunction(Potential):
         d, n_x, n_y = self.world.distances(x, y)
         d = np.maximum(d, TOUCHING)
         size, side = column(self.world.size, x), column(self.world.side, x)
-        beta = d * (2.0 * size + side * d)
-        steepness = 2.0 * (size + side * d) / beta  # |grad beta_i| / beta_i
+        to_centre = size + side * d
+        beta = d * (size + to_centre)
+        steepness = to_centre / beta  # |grad beta_i| / (2 beta_i)
         log_gamma = np.log(gamma)
         ratio = np.log(beta).sum(axis=0) - self.k * log_gamma  # log(B / gamma^k)
         total = np.logaddexp(0.0, ratio)  # log(1 + B / gamma^k)
-        k_gamma = gamma / self.k
+        weight = 2.0 * gamma / self.k
         return Field(
             phi=np.exp(-total / self.k),
-            g_x=2.0 * dx - k_gamma * (steepness * n_x).sum(axis=0),
-            g_y=2.0 * dy - k_gamma * (steepness * n_y).sum(axis=0),
+            g_x=2.0 * dx - weight * over_rows(steepness, n_x),
+            g_y=2.0 * dy - weight * over_rows(steepness, n_y),
             scale=np.exp(ratio - total - total / self.k - log_gamma),  # psi w / gamma
         )

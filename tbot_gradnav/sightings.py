@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the lidar has seen and not yet seen gone."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tbot_gradnav.lidar import Sweep
+from tbot_gradnav.potentials.field import Points
+from tbot_gradnav.unicycle import Pose
+
+CELL = 0.05  # [m] returns within a square of this side are one point
+REACH = 4.0  # [m] from the robot, beyond which nothing is remembered
+BEHIND = 0.1  # [m] a beam that goes this much further has looked through a point
+MISSES = 3  # sweeps in a row that look through a point, after which it is gone
+MEMORY = 10.0  # [s] for a point that cannot be looked at: hidden, or too near
+
+Array = NDArray[np.float64]
+
+
+class Sightings:
+    """Points in the world, each the mean of the last sweep's returns in its cell.
+
+    A point is forgotten when three sweeps in a row look through it, when it was not seen for ten
+    seconds, or when it is far away.
+    """
+
+    def __init__(self) -> None:
+        self._cell = np.empty(0, dtype=np.int64)
+        self._x, self._y = np.empty(0), np.empty(0)
+        self._seen = np.empty(0)  # [s] stamp of the sweep
+        self._misses = np.empty(0, dtype=np.int64)
+
+    @property
+    def points(self) -> Points:
+        """What is there, as far as is known."""
+        return Points(self._x, self._y)
+
+    def update(self, sweep: Sweep, lidar: Pose) -> None:
+        """Take note of a sweep from the lidar's pose in the world."""
+        cell, x, y = _gathered(sweep.points(lidar))
+        hidden = ~np.isin(self._cell, cell)  # what the sweep does not see again
+        self._misses[hidden] += self._looked_through(sweep, lidar)[hidden]
+        recent = np.abs(sweep.stamp - self._seen) <= MEMORY
+        near = np.hypot(self._x - lidar.x, self._y - lidar.y) <= REACH
+        kept = hidden & (self._misses < MISSES) & recent & near
+        self._cell = np.append(self._cell[kept], cell)
+        self._x, self._y = np.append(self._x[kept], x), np.append(self._y[kept], y)
+        self._seen = np.append(self._seen[kept], np.full(cell.size, sweep.stamp))
+        self._misses = np.append(self._misses[kept], np.zeros(cell.size, dtype=np.int64))
+
+    def _looked_through(self, sweep: Sweep, lidar: Pose) -> NDArray[np.bool_]:
+        """Return whether the sweep should have seen a point, but saw what is behind it."""
+        in_lidar = lidar.inverse().compose(Pose(self._x, self._y, 1.0, 0.0))
+        distance = np.hypot(in_lidar.x, in_lidar.y)
+        least, largest = sweep.reach
+        visible = (distance > least + BEHIND) & (distance < largest - BEHIND)
+        bearing = np.arctan2(in_lidar.y, in_lidar.x)
+        return visible & (sweep.along(bearing) > distance + BEHIND)
+
+
+def _gathered(points: Points) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return the cells in which there are points, and the mean of each cell's points."""
+    i = np.floor(points.x / CELL).astype(np.int64)
+    j = np.floor(points.y / CELL).astype(np.int64)
+    cell, which, count = np.unique(i * 2**32 + j, return_inverse=True, return_counts=True)
+    x = np.bincount(which, points.x, cell.size) / count
+    y = np.bincount(which, points.y, cell.size) / count
+    return cell, x, y
