@@ -80,7 +80,7 @@ class Controller:
 
     @cached_property
     def _ball(self) -> float:
-        return pose_law.ball(self.potential.clearance(*self.settings.world.goal))
+        return pose_law.ball(self.potential.room(*self.settings.world.goal))
 
     def _aligned(self, at: State, v: Floats, omega: Floats, heading: tuple[float, float]) -> Twist:
         """Return the command of the pose law where it holds, else the one given."""

@@ -81,9 +81,16 @@ class Potential(Checked, ABC):
         points: Points = self.__dict__.get("_seen", NOTHING)
         return points
 
-    def clearance(self, x: Floats, y: Floats) -> Floats:
+    def room(self, x: Floats, y: Floats) -> Floats:
         """Return how far [m] a robot at (x, y) is from the nearest thing the potential knows."""
         return self.world.clearance(x, y)
+
+    def attraction(self, x: Floats, y: Floats) -> tuple[Floats, Floats] | None:
+        """Return the part of the gradient that leads to the goal, the rest being repulsion.
+
+        None where the potential has no such parts.
+        """
+        return None
 
     @property
     def ready(self) -> bool:

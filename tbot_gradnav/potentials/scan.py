@@ -38,6 +38,6 @@ class Scan(Potential):
             rho2 * (0.5 + push.value), pull * dx + rho2 * push.x, pull * dy + rho2 * push.y
         )
 
-    def clearance(self, x: Floats, y: Floats) -> Floats:
+    def room(self, x: Floats, y: Floats) -> Floats:
         """Return how far [m] a robot at (x, y) is from the nearest thing seen."""
         return distance_from(self.seen, x, y) - self.world.robot_radius
