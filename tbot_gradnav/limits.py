@@ -32,10 +32,9 @@ class Limits(Checked):
 
     def __call__(self, v: Floats, omega: Floats) -> Twist:
         """Return the command scaled into what the drive can do, on the same path."""
-        wheel = np.abs(v) + 0.5 * self.wheel_separation * np.abs(omega)
-        demand = np.maximum(
-            np.maximum(np.abs(v) / self.v, np.abs(omega) / self.omega), wheel / self.wheel
-        )
+        speed, turning = np.abs(v), np.abs(omega)
+        wheel = speed + 0.5 * self.wheel_separation * turning
+        demand = np.maximum(np.maximum(speed / self.v, turning / self.omega), wheel / self.wheel)
         raised = np.maximum(1.0, self.wheel_floor / np.maximum(wheel, 1e-150))
         scale = np.minimum(raised, 1.0 / np.maximum(demand, 1e-150))
         return Twist(v * scale, omega * scale)

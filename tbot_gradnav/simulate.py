@@ -15,6 +15,7 @@ from tbot_gradnav.world import World
 CONTROL_PERIOD = 0.05  # [s] the odometry rate of a TurtleBot3
 TIME_LIMIT = 300.0  # [s]
 START_CLEARANCE = 0.1  # [m] of a random start
+KEPT = 31 * 2**20  # [B] see _keep_freed_memory; glibc heeds no more than 32 MiB
 
 
 @dataclass(frozen=True)
@@ -58,8 +59,9 @@ def simulate(
     the exact arc.
     """
     world = controller.settings.world
-    now = np.array(start, dtype=float)  # the components of Pose, each for all robots
-    n = now.shape[1]
+    _keep_freed_memory()
+    pose = Pose(*np.array(start, dtype=float))
+    n = np.size(pose.x)
     runs = Runs(
         start=start,
         dt=dt,
@@ -70,27 +72,34 @@ def simulate(
         min_clearance=np.full(n, np.inf),
         final_distance=np.zeros(n),
     )
-    gear = np.array(controller.gear(start))
-    driving = np.arange(n)
-    path = [_snapshot(now)] if record else []
-    for tick in range(round(time_limit / dt) + 1):
-        pose = Pose(*now[:, driving])
+    gear = np.array(controller.gear(pose))
+    driving = np.arange(n)  # the robots that `pose`, `gear`, `path_length`, `nearest` are about
+    path_length, nearest = np.zeros(n), np.full(n, np.inf)
+    path = [_snapshot(pose)] if record else []
+    last = round(time_limit / dt)
+    for tick in range(last + 1):
         clearance = world.clearance(pose.x, pose.y)
-        distance = controller.distance(pose)
-        runs.min_clearance[driving] = np.minimum(runs.min_clearance[driving], clearance)
-        runs.final_distance[driving] = distance
-        runs.time[driving] = tick * dt
-        runs.collided[driving] = hit = np.less(clearance, 0.0)
-        runs.arrived[driving] = home = controller.arrived(pose) & ~hit
-        driving = driving[~(hit | home)]
-        if driving.size == 0:
+        np.minimum(nearest, clearance, out=nearest)
+        hit = np.less(clearance, 0.0)
+        home = controller.arrived(pose) & ~hit
+        done = hit | home
+        if tick == last or done.any():
+            runs.collided[driving], runs.arrived[driving] = hit, home
+            runs.time[driving], runs.path_length[driving] = tick * dt, path_length
+            runs.min_clearance[driving] = nearest
+            runs.final_distance[driving] = controller.distance(pose)
+            left = ~done
+            driving, gear = driving[left], gear[left]
+            path_length, nearest = path_length[left], nearest[left]
+            pose = Pose(*(np.asarray(component)[left] for component in pose))
+        if driving.size == 0 or tick == last:
             break
-        pose = Pose(*now[:, driving])
-        twist = controller.command(pose, gear[driving])
-        runs.path_length[driving] += np.abs(twist.v) * dt
-        now[:, driving] = step(pose, twist, dt)
+        twist = controller.command(pose, gear)
+        path_length += np.abs(twist.v) * dt
+        pose = step(pose, twist, dt)
         if record:
-            path.append(_snapshot(now))
+            path.append(path[-1].copy())
+            path[-1][:, driving] = _snapshot(pose)
     return replace(runs, path=np.stack(path, axis=1)) if record else runs
 
 
@@ -120,6 +129,10 @@ def extent(world: World) -> tuple[float, float, float]:
     if world.bounded:
         region = world.boundary.region
         return (*region.centre, _reach(region, *region.centre))
+    if world.walls is not None:
+        x, y = world.walls.corners
+        c_x, c_y = float(np.mean(x)), float(np.mean(y))
+        return c_x, c_y, float(np.max(np.hypot(x - c_x, y - c_y)))
     goal_x, goal_y = world.goal
     reach = [_reach(shape, goal_x, goal_y) + 0.5 for shape in world.obstacles.values()]
     return goal_x, goal_y, max([2.0, *reach])
@@ -131,5 +144,14 @@ def _reach(shape: Shape, x: float, y: float) -> float:
     return float(np.max(np.hypot(outline_x - x, outline_y - y)))
 
 
-def _snapshot(now: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.array([now[0], now[1], Pose(*now).theta])
+def _keep_freed_memory() -> None:
+    """Make steps of thousands of robots two to three times as fast.
+
+    glibc gives the memory of freed large arrays back to the system, to get it again page by page
+    at the next step. Once a block has been freed, it keeps for itself what is smaller.
+    """
+    np.empty(KEPT, dtype=np.uint8)
+
+
+def _snapshot(pose: Pose) -> NDArray[np.float64]:
+    return np.array([pose.x, pose.y, pose.theta])

@@ -82,8 +82,9 @@ def step(pose: Pose, twist: Twist, dt: Floats) -> Pose:
     the same rotation.
     """
     half = 0.5 * twist.omega * dt
+    half = np.where(half == 0.0, 1e-150, half)  # sin(half) / half is 1 there
     cos_half, sin_half = np.cos(half), np.sin(half)
-    chord = twist.v * dt * np.sinc(half / np.pi)
+    chord = twist.v * dt * (sin_half / half)
     cos_mid, sin_mid = _rotate(pose.cos, pose.sin, cos_half, sin_half)
     cos_end, sin_end = _rotate(cos_mid, sin_mid, cos_half, sin_half)
     # One Newton step keeps the heading of unit length however many steps follow.
