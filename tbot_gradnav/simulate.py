@@ -129,10 +129,6 @@ def extent(world: World) -> tuple[float, float, float]:
     if world.bounded:
         region = world.boundary.region
         return (*region.centre, _reach(region, *region.centre))
-    if world.walls is not None:
-        x, y = world.walls.corners
-        c_x, c_y = float(np.mean(x)), float(np.mean(y))
-        return c_x, c_y, float(np.max(np.hypot(x - c_x, y - c_y)))
     goal_x, goal_y = world.goal
     reach = [_reach(shape, goal_x, goal_y) + 0.5 for shape in world.obstacles.values()]
     return goal_x, goal_y, max([2.0, *reach])
