@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 
 # The driver of the LDS-02 publishes a range of 0 to 100 m, whatever the data sheet says.
 LDS_02_RANGE = 0.16, 8.0  # [m]
+FINEST = 1e-5  # [rad] no lidar has beams nearer to each other
+TURNS = 100.0  # [rad] nor counts its angle from further away
 
 
 class BadScanError(GradnavError):
@@ -46,7 +48,8 @@ class Sweep(NamedTuple):
             message.range_max,
             np.asarray(message.ranges, dtype=float),
         )
-        if not all(map(math.isfinite, sweep[1:3])) or sweep.angle_increment == 0.0:
+        sane = FINEST <= abs(sweep.angle_increment) <= 2.0 * math.pi
+        if not (sane and abs(sweep.angle_min) <= TURNS):
             raise BadScanError(
                 f"a scan's beams cannot be placed: angle_min {sweep.angle_min:g}, "
                 f"angle_increment {sweep.angle_increment:g}"
