@@ -3,10 +3,10 @@
 
 import math
 import sys
+import time
 from collections.abc import Sequence
 from typing import Any
 
-from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry as OdometryMessage
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
@@ -20,13 +20,19 @@ from tbot_gradnav import ros
 from tbot_gradnav.command_publisher import CommandPublisher
 from tbot_gradnav.company import Company
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.goals import Goals
+from tbot_gradnav.health import Health
 from tbot_gradnav.lidar import BadScanError, Sweep
-from tbot_gradnav.navigation import Navigation, State
-from tbot_gradnav.odometry import BadOdometryError, GoalPose, Notice, Reading
+from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
 from tbot_gradnav.options import Configuration
+from tbot_gradnav.supervision import Supervision
+from tbot_gradnav.transforms import WorldTransform
 from tbot_gradnav.unicycle import STOP
+from tbot_gradnav.visuals import Visuals
 
-FIXED = ("initial_pose", "cmd_vel_type", "world_frame")  # decided when the node starts
+# decided when the node starts
+FIXED = ("initial_pose", "cmd_vel_type", "world_frame", "publish_tf")
 CHECK_PERIOD = 0.05  # [s] between looks at the age of the odometry
 RECOVERY = 1.0  # [s] of good odometry before an interruption is over
 QUIET = 10.0  # [s] without something before it is said again
@@ -34,10 +40,10 @@ PATIENCE = 3.0  # [s] for the first odometry; discovery may take 2.5 s
 
 
 class Navigator(Node):
-    """Drives to the goal of its parameters or of goal_pose.
+    """Drives to the goal of its parameters, of goal_pose or of waypoints.
 
-    Subscribes odom (nav_msgs/Odometry) and goal_pose (geometry_msgs/PoseStamped), publishes
-    cmd_vel. Whatever is unusual ends in zero velocity first and a word after. Raises
+    Subscribes odom (nav_msgs/Odometry), publishes cmd_vel; see also Goals, Supervision, Health and
+    Visuals. Whatever is unusual ends in zero velocity first and a word after. Raises
     GradnavError for parameters that are not allowed.
     """
 
@@ -63,7 +69,13 @@ class Navigator(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
         self._odometry = self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
-        self.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
+        self._goals = Goals(self, self._navigation)
+        self._supervision = Supervision(
+            self, self._navigation, lambda: self._commands.publish(STOP), self._goals.forget
+        )
+        self._health = Health(self, self._navigation, lambda: self._seconds() - self._heard)
+        transform = WorldTransform(self, self._navigation.odometry) if options.publish_tf else None
+        self._visuals = Visuals(self, self._navigation, transform)
         self._lidar: Subscription | None = None
         self._listen()
         self.create_timer(CHECK_PERIOD, self._check_odometry, clock=self._steady)
@@ -76,11 +88,12 @@ class Navigator(Node):
         self.get_logger().info("stopped: zero velocity published")
 
     def _on_odometry(self, message: OdometryMessage) -> None:
-        self._heard = self._seconds()
+        self._heard, began = self._seconds(), time.perf_counter()
         try:
             _, twist, notices = self._navigation.update(Reading.of(message))
             if twist is not None:
                 self._commands.publish(twist)
+                self._health.note(twist, time.perf_counter() - began)
         except BadOdometryError as error:
             self._stop("bad odometry", str(error))
             return
@@ -88,6 +101,7 @@ class Navigator(Node):
             self._stop("error", f"{type(error).__name__}: {error}")
             return
         self._resume()
+        self._supervision.announce()
         for notice in notices:
             self._tell(notice)
 
@@ -130,13 +144,15 @@ class Navigator(Node):
 
     def _stop(self, kind: str, text: str) -> None:
         """Publish zero velocity, then say why."""
-        if self._navigation.state is not State.IDLE:
+        if self._navigation.settings.has_goal:
             self._commands.publish(STOP)
+        self._navigation.lose_odometry()
+        self._supervision.announce()
         self._sound_since, self._interrupted = None, True
         self._say(kind, f"stopped: {text}", error=True)
 
     def _tell(self, notice: Notice) -> None:
-        if notice.kind == "arrived":
+        if notice.kind in ("arrived", "waypoint"):
             self.get_logger().info(notice.text)
         elif notice.kind == "stuck":
             self.get_logger().error(f"stopped: {notice.text}")
@@ -153,20 +169,6 @@ class Navigator(Node):
                 self.get_logger().warning(text)
         self._last_said[kind] = now
 
-    def _on_goal(self, message: PoseStamped) -> None:
-        try:
-            goal = self._navigation.odometry.in_world(GoalPose.of(message))
-        except GradnavError as error:
-            self.get_logger().error(f"goal refused: {error}")
-            return
-        result = self.set_parameters(
-            [RosParameter("goal", RosParameter.Type.DOUBLE_ARRAY, list(goal))]
-        )
-        if not result[0].successful:
-            self.get_logger().error(f"goal refused: {result[0].reason}")
-            return
-        self._navigation.restart()
-
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:
             self._checked = self._changed(parameters)
@@ -179,6 +181,7 @@ class Navigator(Node):
         settings = self._configuration.settings
         self._navigation.change(settings)
         self._listen()
+        self._supervision.announce()
         if settings.goal != before.goal:
             self.get_logger().info(f"new goal: {_worded(settings.goal)}")
         for caution in set(settings.cautions) - set(before.cautions):
@@ -189,7 +192,7 @@ class Navigator(Node):
 
         That may take a moment (navigation_function.k: 0 tries several), so the robot stands.
         """
-        if self._navigation.state is State.DRIVING:
+        if self._navigation.has_drive:
             self._commands.publish(STOP)
         changes = {p.name: ros.plain(p.value) for p in parameters}
         return Configuration.of(ros.merged(ros.values(self), changes), starting=False)

@@ -108,6 +108,11 @@ class Odometry:
         norm = math.hypot(cos, sin)
         return self.frame.compose(Pose(x, y, cos / norm, sin / norm))
 
+    @property
+    def frame_names(self) -> tuple[str, str]:
+        """Names of the world frame and of the odometry frame."""
+        return self._frame_names
+
     def in_world(self, goal: GoalPose) -> tuple[float, ...]:
         """Return a goal in the world frame: x, y [m] and, if it has an orientation, yaw [rad].
 

@@ -38,6 +38,9 @@ class NavigatorOptions(Checked):
         0.5, Number("without odometry for this long the robot is stopped", "s", above=0.0)
     )
     world_frame: str = field("map", Text("frame of the goal and the obstacles"))
+    publish_tf: bool = field(
+        False, Flag("publish where odometry is in the world frame; not if AMCL or SLAM does")
+    )
 
 
 @dataclass(frozen=True)

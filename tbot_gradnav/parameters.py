@@ -162,11 +162,13 @@ class Numbers:
     unit: str
     lengths: tuple[int, ...] = ()
     rows: int = 1
+    at_most: int | None = None  # rows
 
     def allowed(self) -> str:
         """Return the lengths in words."""
-        lengths = " or ".join(str(length) for length in self.lengths)
-        return f"must be a list of {lengths or f'n times {self.rows}'} finite numbers [{self.unit}]"
+        lengths = " or ".join(str(length) for length in self.lengths) or f"n times {self.rows}"
+        bound = "" if self.at_most is None else f", n at most {self.at_most}"
+        return f"must be a list of {lengths} finite numbers{bound} [{self.unit}]"
 
     def check(self, name: str, value: object) -> tuple[float, ...]:
         """Return the numbers as a tuple of floats."""
@@ -179,7 +181,10 @@ class Numbers:
             raise ParameterError(name, list(value), self.allowed()) from error
 
     def _fits(self, length: int) -> bool:
-        return length in self.lengths if self.lengths else length % self.rows == 0
+        if self.lengths:
+            return length in self.lengths
+        few = self.at_most is None or length <= self.at_most * self.rows
+        return few and length % self.rows == 0
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
@@ -26,6 +27,7 @@ from tbot_gradnav.parameters import Parameter
 # All that a terminal or a supervisor sends; suspended by Ctrl-Z, a node leaves the robot driving.
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP)
 POLL = 0.1  # [s] at most between a signal and its effect
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)  # late joiners hear it
 
 
 N = TypeVar("N", bound=Node)

@@ -14,14 +14,22 @@ import tbot_gradnav
 
 PACKAGE = Path(tbot_gradnav.__file__).parent
 OUTSIDE = {
+    "tbot_gradnav.cmd_vel_watchdog",
     "tbot_gradnav.command_publisher",
     "tbot_gradnav.commands.demo",
+    "tbot_gradnav.company",
     "tbot_gradnav.fake_robot",
+    "tbot_gradnav.goals",
+    "tbot_gradnav.health",
+    "tbot_gradnav.markers",
     "tbot_gradnav.navigator",
     "tbot_gradnav.observer",
     "tbot_gradnav.plots",
     "tbot_gradnav.recording",
     "tbot_gradnav.ros",
+    "tbot_gradnav.supervision",
+    "tbot_gradnav.transforms",
+    "tbot_gradnav.visuals",
 }
 FOREIGN = ("rclpy", "matplotlib", "rosbags")
 PROBE = """

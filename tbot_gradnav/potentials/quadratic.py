@@ -18,3 +18,7 @@ class Quadratic(Potential):
         """Return phi and its gradient at (x, y)."""
         dx, dy = x - self.world.goal[0], y - self.world.goal[1]
         return Field(0.5 * (dx * dx + dy * dy), dx, dy)
+
+    def attraction(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Return the gradient, which is nothing else."""
+        return self(x, y).gradient
