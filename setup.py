@@ -46,6 +46,7 @@ setup(
         "console_scripts": [
             f"navigator = {NAME}.navigator:main",
             f"fake_robot = {NAME}.fake_robot:main",
+            f"cmd_vel_watchdog = {NAME}.cmd_vel_watchdog:main",
             f"gradnav = {NAME}.cli:main",
         ],
     },

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """cmd_vel in the type that the robot listens to."""
 
+from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist as TwistMessage
@@ -17,6 +18,7 @@ NAMES = {
     "geometry_msgs/msg/TwistStamped": "twist_stamped",
     "geometry_msgs/msg/Twist": "twist",
 }
+WATCHDOG = "cmd_vel_watchdog"  # name of the node that listens only to know when to stop the robot
 LOOK_PERIOD = 0.25  # [s] between looks at who listens
 PATIENCE = 12  # looks before a warning that we are not heard; discovery may take 2.5 s
 REMINDER = 120  # looks between warnings
@@ -28,12 +30,16 @@ class CommandPublisher:
 
     With `auto` the type follows the subscribers: a mismatch is silent in ROS 2, and the robot
     just does not move. TurtleBot3's driver takes either, as its parameter enable_stamped_cmd_vel
-    says; the Gazebo bridge takes TwistStamped.
+    says; the Gazebo bridge takes TwistStamped. `on_kind` is called with each type before it is
+    published.
     """
 
-    def __init__(self, node: Node, kind: str) -> None:
+    def __init__(
+        self, node: Node, kind: str, on_kind: Callable[[str], None] = lambda kind: None
+    ) -> None:
         self._node = node
         self._auto = kind == "auto"
+        self._on_kind = on_kind
         self._looks_unheard = 0
         self._publish_as("twist" if self._auto else kind)
         node.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -60,6 +66,7 @@ class CommandPublisher:
 
     def _publish_as(self, kind: str) -> None:
         self._kind = kind
+        self._on_kind(kind)
         self._publisher = self._node.create_publisher(TYPES[kind], TOPIC, 10)
 
     def _look(self) -> None:
@@ -68,6 +75,7 @@ class CommandPublisher:
         wanted = {
             NAMES.get(info.topic_type, info.topic_type)
             for info in self._node.get_subscriptions_info_by_topic(topic)
+            if info.node_name != WATCHDOG
         }
         if self._auto and self._kind not in wanted and wanted & TYPES.keys():
             self._node.destroy_publisher(self._publisher)

@@ -28,7 +28,7 @@ def installed(tmp_path_factory):
 
 
 def test_ros2_run_finds_the_executables(installed):
-    for name in ("navigator", "fake_robot", "gradnav"):
+    for name in ("navigator", "fake_robot", "cmd_vel_watchdog", "gradnav"):
         assert os.access(installed / "lib" / "tbot_gradnav" / name, os.X_OK)
 
 

@@ -8,7 +8,7 @@ import re
 import sys
 from pathlib import Path
 
-from tbot_gradnav.options import FakeRobotOptions, NavigatorOptions
+from tbot_gradnav.options import FakeRobotOptions, NavigatorOptions, WatchdogOptions
 from tbot_gradnav.parameters import Parameter, parameters_of
 from tbot_gradnav.settings import settings_parameters
 from tbot_gradnav.shapes import SHAPES
@@ -31,6 +31,7 @@ def table() -> str:
             if name != "circle"
         },
         "Navigator": parameters_of(NavigatorOptions),
+        "cmd_vel_watchdog": parameters_of(WatchdogOptions),
         "Fake robot": parameters_of(FakeRobotOptions),
     }
     lines = [
