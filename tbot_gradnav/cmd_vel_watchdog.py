@@ -62,13 +62,12 @@ class CmdVelWatchdog(Node):
         twist = message.twist if isinstance(message, TwistStamped) else message
         self._heard = self._steady.now()
         self._driving = twist != TwistMessage()
+        self._said = self._said and self._driving
 
     def _check(self) -> None:
         """Stop the robot for as long as our own zero velocity has not been heard either."""
         silent = (self._steady.now() - self._heard).nanoseconds * 1e-9
-        if not self._driving:
-            self._said = False
-        elif silent > self._timeout:
+        if self._driving and silent > self._timeout:
             self._commands.publish(STOP)
             if not self._said:
                 self.get_logger().error(f"stopped: no command for {self._timeout:g} s")

@@ -88,9 +88,13 @@ class Navigator(Node):
         self.get_logger().info("stopped: zero velocity published")
 
     def _on_odometry(self, message: OdometryMessage) -> None:
+        reading = Reading.of(message)
+        if self._navigation.odometry.repeats(reading):
+            self._say("repeats", "odometry repeats its last message: does the driver hang?")
+            return
         self._heard, began = self._seconds(), time.perf_counter()
         try:
-            _, twist, notices = self._navigation.update(Reading.of(message))
+            _, twist, notices = self._navigation.update(reading)
             if twist is not None:
                 self._commands.publish(twist)
                 self._health.note(twist, time.perf_counter() - began)

@@ -81,6 +81,7 @@ class Odometry:
         self._initial = initial
         self.limits = limits  # beyond which a motion is a jump
         self._last: tuple[float, Pose] | None = None
+        self._last_reading: Reading | None = None
         self._past: deque[tuple[float, Pose]] = deque(maxlen=MEMORY)  # without jumps
 
     def update(self, reading: Reading) -> tuple[Pose, list[Notice]]:
@@ -90,11 +91,16 @@ class Odometry:
         if self.frame is None:
             self.frame = self._initial.compose(pose.inverse())
         self._last = reading.stamp, pose
+        self._last_reading = reading
         if any(notice.kind in ("jump", "backward", "repeated") for notice in notices):
             self._past.clear()
         self._past.append(self._last)
         self._frame_names = self._frame_names[0], reading.frame
         return self.frame.compose(pose), notices
+
+    def repeats(self, reading: Reading) -> bool:
+        """Return whether a message is the last one again: no sign that anybody measures."""
+        return reading == self._last_reading
 
     def at(self, stamp: float) -> Pose | None:
         """Return the pose in the world at a time [s] between recent messages, None at another."""

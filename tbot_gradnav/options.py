@@ -54,16 +54,6 @@ class WatchdogOptions(Checked):
 
 
 @dataclass(frozen=True)
-class WatchdogOptions(Checked):
-    """When commands are taken for broken off."""
-
-    watchdog_timeout: float = field(
-        0.5,
-        Number("a robot told to drive is stopped without a command for this long", "s", above=0.0),
-    )
-
-
-@dataclass(frozen=True)
 class FakeRobotOptions(Checked):
     """How the fake robot differs from an ideal one."""
 

@@ -95,8 +95,10 @@ class Replay:
             t = (event.recorded - self.bag.start) * NS
             if isinstance(event.content, Reading):
                 self.odometry += 1
+                repeats = navigation.odometry.repeats(event.content)
                 pose, twist = self._fed(navigation, event.content)
-                heard = t if pose is not None else -math.inf
+                if not repeats:
+                    heard = t if pose is not None else -math.inf
                 recent.append(twist or STOP)
                 yield Sample(t, event, pose, twist, None)
             elif isinstance(event.content, GoalPose):

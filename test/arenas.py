@@ -12,6 +12,7 @@ import hypothesis
 import numpy as np
 
 from tbot_gradnav.controller import Controller
+from tbot_gradnav.limits import Limits
 from tbot_gradnav.settings import Settings
 from tbot_gradnav.unicycle import Pose
 
@@ -66,6 +67,16 @@ def controller(*parameters):
     for more in parameters:
         values |= more
     return Controller.of(Settings.of(values))
+
+
+def assert_sound(v, omega):
+    """Check that a command is finite and within the limits of a TurtleBot3."""
+    limits = Limits()
+    assert math.isfinite(v)
+    assert math.isfinite(omega)
+    assert abs(v) <= limits.v
+    assert abs(omega) <= limits.omega
+    assert abs(v) + 0.08 * abs(omega) <= limits.wheel * (1.0 + 1e-12)
 
 
 def wrapped(angle):

@@ -21,7 +21,7 @@ class Robot:
         self.commands = []  # (time of arrival, v, omega)
         self._start = time.monotonic()
         self._node = graph.node
-        self._publisher = graph.node.create_publisher(Odometry, "odom", 10)
+        self.publisher = graph.node.create_publisher(Odometry, "odom", 10)
         graph.node.create_subscription(TwistMessage, "cmd_vel", self._obey, 100)
         graph.node.create_timer(0.05, self._tick)
 
@@ -52,9 +52,10 @@ class Robot:
     def _tick(self):
         self.plant.advance(time.monotonic() - self._start)
         if not self.silent:
-            self._publisher.publish(self.spoil(self._message()))
+            self.publisher.publish(self.spoil(self.message()))
 
-    def _message(self):
+    def message(self):
+        """Return the odometry now."""
         reading = self.plant.read()
         message = Odometry()
         message.header.stamp = self._node.get_clock().now().to_msg()
