@@ -10,6 +10,7 @@ NAME = "tbot_gradnav"
 ROS = ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"]
 PLOT = ["matplotlib>=3.6"]
 BAGS = ["rosbags>=0.11"]
+MAP = ["scikit-fmm>=2022.8.15"]  # from source: it needs a C++ compiler
 TEST = ["pytest>=7", "hypothesis>=6", "pytest-timeout>=2", "pytest-xdist>=3", "wheel"]
 COLCON = ["colcon-common-extensions>=0.3", "setuptools"]
 LINT = ["ruff>=0.8", "mypy>=1.11", "types-PyYAML", *COLCON]
@@ -29,7 +30,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/config", glob("config/*.yaml")),
+        (f"share/{NAME}/config", glob("config/*.*")),
+        (f"share/{NAME}/config/maps", glob("config/maps/*")),
         (f"share/{NAME}/launch", glob("launch/*.launch.py")),
     ],
     python_requires=">=3.11",
@@ -38,6 +40,7 @@ setup(
         "ros": ROS,
         "plot": PLOT,
         "bags": BAGS,
+        "map": MAP,
         "all": [*ROS, *PLOT, *BAGS],
         "test": [*TEST, *COLCON],
         "lint": LINT,

@@ -40,7 +40,11 @@ def test_the_ament_index_knows_the_package(installed):
 
 def test_every_parameter_and_launch_file_is_installed(installed):
     share = installed / "share" / "tbot_gradnav"
-    for folder, pattern in (("config", "*.yaml"), ("launch", "*.launch.py")):
+    for folder, pattern in (
+        ("config", "*.*"),
+        ("config/maps", "*"),
+        ("launch", "*.launch.py"),
+    ):
         assert {f.name for f in (share / folder).glob(pattern)} == {
             f.name for f in (ROOT / folder).glob(pattern)
         }
