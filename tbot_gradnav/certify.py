@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tbot_gradnav.potentials import NavigationFunction, Potential
+from tbot_gradnav.potentials import Map, NavigationFunction, Potential
 from tbot_gradnav.simulate import extent
 from tbot_gradnav.world import World
 
@@ -88,6 +88,13 @@ def landscape(potential: Potential, tolerance: float = AT_GOAL) -> Landscape:
             break
     agrees = None if expected is None else index == expected
     return Landscape(potential, points, agrees, tolerance)
+
+
+def on_lattice(potential: Map, tolerance: float = AT_GOAL) -> Landscape:
+    """Return the minima of a potential on a map's lattice; it has no others."""
+    pits = zip(*(values.tolist() for values in potential.pits), strict=True)
+    points = [CriticalPoint(x, y, "minimum") for x, y in (potential.world.goal, *pits)]
+    return Landscape(potential, points, None, tolerance)
 
 
 def smallest_k(world: World) -> int | None:

@@ -16,6 +16,7 @@ from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.parameters import flatten
 
 PARAMETERS = "ros__parameters"
+FILES = ("map.file",)  # parameters that name a file, looked for beside the parameter file first
 NOT_YAML = (  # all that PyYAML raises at text that is none, or at tags that do not fit
     yaml.YAMLError,
     ValueError,
@@ -44,15 +45,32 @@ def read(path: Path | str, node: str = "/navigator") -> dict[str, object]:
 
 def load(path: Path | str) -> dict[str, Any]:
     """Return the tree of a parameter file. Raises GradnavError."""
+    tree = load_yaml(path)
+    if not isinstance(tree, dict):
+        raise GradnavError(f"{path}: it is not a ROS 2 parameter file: no '/**:' at its top")
+    for _, body in _sections(tree, path):
+        _anchor(body, Path(path).parent)
+    return tree
+
+
+def load_yaml(path: Path | str) -> Any:
+    """Return what a YAML file holds. Raises GradnavError."""
     try:
-        tree = yaml.load(Path(path).read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 (a SafeLoader)
+        return yaml.load(Path(path).read_text(encoding="utf-8"), Loader=_Loader)  # noqa: S506 (a SafeLoader)
     except OSError as error:
         raise GradnavError(f"{path}: {error.strerror}") from error
     except NOT_YAML as error:
         raise GradnavError(f"{path}: it is not a YAML file: {_one_line(error)}") from error
-    if not isinstance(tree, dict):
-        raise GradnavError(f"{path}: it is not a ROS 2 parameter file: no '/**:' at its top")
-    return tree
+
+
+def _anchor(tree: Any, folder: Path, prefix: str = "") -> None:
+    """Make the names of files in a section whole, where they are beside the parameter file."""
+    for key, value in tree.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, dict):
+            _anchor(value, folder, f"{name}.")
+        elif name in FILES and isinstance(value, str) and value and (folder / value).is_file():
+            tree[key] = str((folder / value).absolute())
 
 
 def rewritten(path: Path | str) -> str:

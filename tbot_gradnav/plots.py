@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from tbot_gradnav.certify import Landscape, basins
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.files import written_whole
+from tbot_gradnav.lattice import Lattice
+from tbot_gradnav.occupancy import Occupancy
 from tbot_gradnav.potentials import Potential
 from tbot_gradnav.shapes import Circle
 from tbot_gradnav.simulate import extent
@@ -25,6 +27,7 @@ GOAL_COLOUR = "#009e73"
 START_COLOUR = "black"
 OBSTACLE_COLOUR = "0.35"
 INFLATION_COLOUR = "0.35"
+WALL_SHADE, UNKNOWN_SHADE = 0.2, 0.75  # 0 is black
 
 
 @contextmanager
@@ -71,9 +74,10 @@ def draw_world(ax: Any, world: World, goal_heading: tuple[float, float] | None =
     if world.bounded:
         x, y = world.boundary.region.outline
         ax.plot(np.append(x, x[0]), np.append(y, y[0]), color="black", lw=1.5, zorder=3)
-    region = world.boundary.region if world.bounded else Circle(*extent(world))
-    (edge_x, edge_y), margin = region.outline, 0.05 * extent(world)[2]
-    if world.obstacles:
+    if world.walls is not None:
+        _draw_map(ax, world.walls.occupancy)
+    (edge_x, edge_y), margin = _edge(world), 0.05 * extent(world)[2]
+    if world.obstacles or world.walls is not None:
         _draw_inflation(ax, world)
     ax.plot(
         *world.goal,
@@ -92,6 +96,29 @@ def draw_world(ax: Any, world: World, goal_heading: tuple[float, float] | None =
         aspect="equal",
         xlim=(np.min(edge_x) - margin, np.max(edge_x) + margin),
         ylim=(np.min(edge_y) - margin, np.max(edge_y) + margin),
+    )
+
+
+def _edge(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return points (x, y) [m] about what is worth seeing."""
+    if world.bounded:
+        return world.boundary.region.outline
+    return Circle(*extent(world)).outline if world.walls is None else world.walls.corners
+
+
+def _draw_map(ax: Any, occupancy: Occupancy) -> None:
+    """Draw the cells of a map that are not free, unknown ones lighter."""
+    rows, columns = occupancy.cells.shape
+    corners = Lattice(*occupancy.origin, occupancy.resolution, rows + 1, columns + 1)
+    shade = np.where(occupancy.cells < 0, UNKNOWN_SHADE, WALL_SHADE)
+    ax.pcolormesh(
+        *corners.nodes,
+        np.ma.masked_where(occupancy.free, shade),
+        cmap="gray",
+        vmin=0.0,
+        vmax=1.0,
+        rasterized=True,
+        zorder=2,
     )
 
 

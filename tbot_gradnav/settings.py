@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from tbot_gradnav.errors import ParameterError
+from tbot_gradnav import map_files
+from tbot_gradnav.errors import GradnavError, ParameterError
 from tbot_gradnav.laws import LAWS
 from tbot_gradnav.limits import Limits
+from tbot_gradnav.occupancy import Occupancy
 from tbot_gradnav.parameters import (
     Checked,
     Choice,
@@ -28,6 +30,7 @@ from tbot_gradnav.potentials import Potential, potentials
 from tbot_gradnav.shapes import SHAPES, Shape
 from tbot_gradnav.shaping import SHAPINGS
 from tbot_gradnav.unicycle import Pose
+from tbot_gradnav.walls import Walls, walls
 from tbot_gradnav.world import Boundary, World
 
 OBSTACLES = "obstacles."
@@ -100,6 +103,7 @@ class Settings(Checked):
     boundary: Boundary = dataclasses.field(default_factory=Boundary)
     obstacles: Mapping[str, Shape] = dataclasses.field(default_factory=dict)
     potential_gains: Mapping[str, Mapping[str, object]] = dataclasses.field(default_factory=dict)
+    topic_map: Occupancy | None = None  # where map.file names none
 
     @classmethod
     def of(
@@ -156,7 +160,19 @@ class Settings(Checked):
     def world(self) -> World:
         """The world; while no goal is set, the robot's initial position stands in for it."""
         goal = self.goal if self.has_goal else self.initial_pose
-        return World((goal[0], goal[1]), self.obstacles, self.boundary, self.robot_radius)
+        return World(
+            (goal[0], goal[1]), self.obstacles, self.boundary, self.robot_radius, self._walls
+        )
+
+    @property
+    def _walls(self) -> Walls | None:
+        """The walls of the map, if there is one. Raises GradnavError."""
+        file = str(self.potential_gains.get("map", {}).get("file", ""))
+        try:
+            occupancy = map_files.read(file) if file else self.topic_map
+            return None if occupancy is None else walls(occupancy)
+        except GradnavError as error:
+            raise GradnavError(f"map.file: {error}" if file else f"the map: {error}") from error
 
     @property
     def all_starts(self) -> list[tuple[float, ...]]:
@@ -184,7 +200,7 @@ class Settings(Checked):
     @cached_property
     def cautions(self) -> list[str]:
         """What a user should know who expects the robot to keep clear of what is in the file."""
-        if not (self.obstacles or self.world.bounded):
+        if not (self.obstacles or self.world.bounded or self.world.walls):
             return []
         found = []
         if self.law != "descent":
@@ -197,6 +213,19 @@ class Settings(Checked):
         self.world.refuse_occupied("initial_pose", *self.initial_pose[:2])
         for x, y, _ in self.all_starts[1:]:
             self.world.refuse_occupied("starts", x, y)
+        for x, y, _ in self.all_starts:
+            self.refuse_unreachable(x, y)
+
+    def refuse_unreachable(self, x: float, y: float) -> None:
+        """Raise ParameterError unless there is a way from (x, y) [m] to goal and waypoints."""
+        for leg in self.legs if self.has_goal else []:
+            if not leg.chosen_potential.reaches(x, y):
+                raise ParameterError(
+                    "goal" if leg.goal == self.goal else "waypoints",
+                    list(leg.goal),
+                    f"there is no way to it from ({x:.3g}, {y:.3g}) for a robot of radius "
+                    f"{self.robot_radius:g} (a way must be a cell of the map wider than the robot)",
+                )
 
     def _check_gains(self) -> None:
         """Refuse gains outside the ranges for which the paper proves convergence."""

@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.lookout import Lookout
+from tbot_gradnav.potentials import Potential
 from tbot_gradnav.shapes import Shape
 from tbot_gradnav.unicycle import Pose, step
 from tbot_gradnav.world import World
@@ -72,8 +74,12 @@ def simulate(
         min_clearance=np.full(n, np.inf),
         final_distance=np.zeros(n),
     )
-    gear = np.array(controller.gear(pose))
     driving = np.arange(n)  # the robots that `pose`, `gear`, `path_length`, `nearest` are about
+    lookout = Lookout(controller.settings, n) if controller.potential.looks else None
+    if lookout:
+        lookout.look(0.0, pose, driving)
+        controller = controller.seeing(lookout.seen_by(driving))
+    gear = np.array(controller.gear(pose))
     path_length, nearest = np.zeros(n), np.full(n, np.inf)
     path = [_snapshot(pose)] if record else []
     last = round(time_limit / dt)
@@ -94,6 +100,9 @@ def simulate(
             pose = Pose(*(np.asarray(component)[left] for component in pose))
         if driving.size == 0 or tick == last:
             break
+        if lookout:
+            lookout.look(tick * dt, pose, driving)
+            controller = controller.seeing(lookout.seen_by(driving))
         twist = controller.command(pose, gear)
         path_length += np.abs(twist.v) * dt
         pose = step(pose, twist, dt)
@@ -103,10 +112,11 @@ def simulate(
     return replace(runs, path=np.stack(path, axis=1)) if record else runs
 
 
-def random_starts(world: World, n: int, seed: int) -> Pose:
+def random_starts(world: World, n: int, seed: int, reaching: Potential | None = None) -> Pose:
     """Return n poses spread evenly over the free space, START_CLEARANCE clear, headings random.
 
-    The space is the boundary's disc, or one about the goal that holds all obstacles. Raises
+    The space is the boundary's disc, one that holds the map, or one about the goal that holds all
+    obstacles; of it, where there is a way to the goal as far as a potential knows. Raises
     GradnavError where hardly any of it is free.
     """
     rng = np.random.default_rng(seed)
@@ -117,7 +127,9 @@ def random_starts(world: World, n: int, seed: int) -> Pose:
             break
         r, phi = radius * np.sqrt(rng.random(2 * n + 10)), 2.0 * np.pi * rng.random(2 * n + 10)
         try_x, try_y = c_x + r * np.cos(phi), c_y + r * np.sin(phi)
-        free = world.clearance(try_x, try_y) >= START_CLEARANCE
+        free = np.greater_equal(world.clearance(try_x, try_y), START_CLEARANCE)
+        if reaching is not None:
+            free &= reaching.reaches(try_x, try_y)
         x, y = np.append(x, try_x[free]), np.append(y, try_y[free])
     else:
         raise GradnavError(f"no room for random starts {START_CLEARANCE} m clear of everything")
@@ -129,6 +141,10 @@ def extent(world: World) -> tuple[float, float, float]:
     if world.bounded:
         region = world.boundary.region
         return (*region.centre, _reach(region, *region.centre))
+    if world.walls is not None:
+        x, y = world.walls.corners
+        c_x, c_y = float(np.mean(x)), float(np.mean(y))
+        return c_x, c_y, float(np.max(np.hypot(x - c_x, y - c_y)))
     goal_x, goal_y = world.goal
     reach = [_reach(shape, goal_x, goal_y) + 0.5 for shape in world.obstacles.values()]
     return goal_x, goal_y, max([2.0, *reach])

@@ -15,6 +15,7 @@ from tbot_gradnav.errors import ParameterError
 from tbot_gradnav.parameters import Checked, Choice, Number, Numbers, field
 from tbot_gradnav.shapes import Circle, Polygon, Shape, outward, refuse_unless_convex
 from tbot_gradnav.unicycle import Floats
+from tbot_gradnav.walls import Walls
 
 Array = NDArray[np.float64]
 
@@ -67,14 +68,16 @@ class World:
     """A goal (x, y) [m] among obstacles, for a robot of some radius [m].
 
     The laws steer a point, so obstacles and boundary are inflated by the robot's radius. There is
-    a row for each circle (a circular boundary the last of them), each other obstacle, and each
-    wall of a room. Raises ParameterError where obstacles overlap or lie outside the boundary.
+    a row for each circle (a circular boundary the last of them), each other obstacle, each
+    wall of a room, and one for all walls of a map. Raises ParameterError where obstacles overlap
+    or lie outside the boundary.
     """
 
     goal: tuple[float, float] = (0.0, 0.0)
     obstacles: Mapping[str, Shape] = dataclasses.field(default_factory=dict)
     boundary: Boundary = dataclasses.field(default_factory=Boundary)
     robot_radius: float = 0.0
+    walls: Walls | None = None  # of a map
 
     def __post_init__(self) -> None:
         """Check that the obstacles are apart and inside."""
@@ -99,15 +102,16 @@ class World:
         disc = [self.boundary.radius - self.robot_radius] * self._disc
         walls = [self.boundary.region.size] * len(self._walls[0]) if self._room else []
         n = len(self._circles)
-        return np.array([*inflated[:n], *disc, *inflated[n:], *walls])
+        mapped = [self.walls.size] if self.walls else []
+        return np.array([*inflated[:n], *disc, *inflated[n:], *walls, *mapped])
 
     @cached_property
     def side(self) -> Array:
         """+1 for each row that is kept out of, -1 for a disc kept inside, 0 for a straight wall."""
         walls = [0.0] * len(self._walls[0]) if self._room else []
-        return np.array(
-            [1.0] * len(self._circles) + [-1.0] * self._disc + [1.0] * len(self._others) + walls
-        )
+        mapped = [1.0] if self.walls else []
+        others = [1.0] * len(self._others)
+        return np.array([1.0] * len(self._circles) + [-1.0] * self._disc + others + walls + mapped)
 
     @cached_property
     def names(self) -> list[str]:
@@ -115,26 +119,25 @@ class World:
         circles = [f"obstacles.{n}" for n, s in self.obstacles.items() if isinstance(s, Circle)]
         others = [f"obstacles.{n}" for n, s in self.obstacles.items() if not isinstance(s, Circle)]
         walls = ["the boundary"] * len(self._walls[0]) if self._room else []
-        return [*circles, *(["the boundary"] * self._disc), *others, *walls]
+        mapped = ["a wall, or what is unknown, of the map"] if self.walls else []
+        return [*circles, *(["the boundary"] * self._disc), *others, *walls, *mapped]
 
     def distances(self, x: Floats, y: Floats) -> Distances:
         """Return the distances of a robot at (x, y) [m] from obstacles and boundary."""
         rows = self._from_circles(x, y)
-        if not (self._others or self._room):
+        if self._only_circles:
             return rows
         found = [shape.distance(x, y) for shape in self._others]
-        blocks = [rows] + [
-            Distances(*(np.asarray(part)[None] for part in (d - self.robot_radius, n_x, n_y)))
-            for d, n_x, n_y in found
-        ]
+        mapped = [self.walls.distance(x, y)] if self.walls else []
+        blocks = [rows, *(self._inflated(*distance) for distance in found)]
         if self._room:
             blocks.append(self._from_walls(x, y))
+        blocks += [self._inflated(*distance) for distance in mapped]
         return Distances(*(np.concatenate(parts) for parts in zip(*blocks, strict=True)))
 
     def clearance(self, x: Floats, y: Floats) -> Floats:
         """Return the distance [m] to the nearest obstacle or boundary, inf where there is none."""
-        only_circles = not (self._others or self._room)
-        d = self._to_circles(x, y) if only_circles else self.distances(x, y).d
+        d = self._to_circles(x, y) if self._only_circles else self.distances(x, y).d
         nearest: Floats = np.min(d, axis=0, initial=np.inf)
         return nearest
 
@@ -179,6 +182,10 @@ class World:
     @cached_property
     def _others(self) -> list[Shape]:
         return [shape for shape in self.obstacles.values() if not isinstance(shape, Circle)]
+
+    @property
+    def _only_circles(self) -> bool:
+        return not (self._others or self._room or self.walls)
 
     @property
     def _disc(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from tbot_gradnav import certify, shipped
 from tbot_gradnav.certify import Landscape
 from tbot_gradnav.files import write_json
-from tbot_gradnav.potentials import AttractiveRepulsive, NavigationFunction, Potential
+from tbot_gradnav.potentials import AttractiveRepulsive, Map, NavigationFunction, Potential
 from tbot_gradnav.settings import Settings
 
 NEAREST = 0.05  # [m] a smaller influence distance is within a few control periods' travel
@@ -54,7 +54,11 @@ def run(options: argparse.Namespace) -> int:
 def judge(settings: Settings) -> Verdict:
     """Return the verdict on the world, the potential and the law of a file."""
     potential = settings.chosen_potential
-    found = certify.landscape(potential, settings.xy_goal_tolerance)
+    tolerance = settings.xy_goal_tolerance
+    if isinstance(potential, Map):
+        found = certify.on_lattice(potential, tolerance)
+    else:
+        found = certify.landscape(potential, tolerance)
     owner = certify.basins(found)[2] if found.spurious else np.zeros(1)
     shares = [float(np.mean(owner == i)) for i in range(len(found.minima))]
     k = None
@@ -140,6 +144,8 @@ def _advice(potential: Potential, k: int | None) -> str:
 def _words(verdict: Verdict) -> list[str]:
     """Return the verdict for people, a line each."""
     found, lines = verdict.found, [f"  - {problem}" for problem in verdict.problems]
+    if isinstance(found.potential, Map):
+        return lines + _map_words(found.potential)
     kinds = [p.kind for p in found.points]
     counted = ", ".join(f"{kind}: {kinds.count(kind)}" for kind in sorted(set(kinds)))
     lines.append(f"  critical points found: {counted}")
@@ -154,6 +160,15 @@ def _words(verdict: Verdict) -> list[str]:
     if isinstance(found.potential, NavigationFunction):
         lines.append(f"  smallest integer k without a minimum but the goal: {verdict.smallest_k}")
     return lines
+
+
+def _map_words(potential: Map) -> list[str]:
+    free, led = potential.counts
+    return [
+        f"  {led} of {free} free nodes of the map's lattice have a way to the goal",
+        "  each of them has a lower one beside it but for the minima named above, if any: between"
+        " nodes there are none",
+    ]
 
 
 def _from_goal(found: Landscape, x: float, y: float) -> float:

@@ -106,7 +106,9 @@ def _starts(options: argparse.Namespace, settings: Settings) -> Pose:
             raise GradnavError("--start and --random exclude each other")
         Integer("", at_least=1).check("--random", options.random)
         Integer("").check("--seed", options.seed)
-        return random_starts(settings.world, options.random, options.seed)
+        return random_starts(
+            settings.world, options.random, options.seed, settings.chosen_potential
+        )
     given = [_start(words, settings) for words in options.start] or settings.all_starts
     x, y, yaw = np.array(given).T
     return Pose.at(x, y, yaw)
@@ -119,6 +121,7 @@ def _start(words: list[str], settings: Settings) -> tuple[float, ...]:
     except ValueError as error:
         raise ParameterError("--start", words, numbers.allowed()) from error
     settings.world.refuse_occupied("--start", *start[:2])
+    settings.refuse_unreachable(*start[:2])
     return start
 
 

@@ -8,6 +8,7 @@ from importlib.metadata import EntryPoint, entry_points
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.potentials.attractive_repulsive import AttractiveRepulsive
 from tbot_gradnav.potentials.field import Field, Points, Potential
+from tbot_gradnav.potentials.map import Map
 from tbot_gradnav.potentials.navigation_function import NavigationFunction
 from tbot_gradnav.potentials.quadratic import Quadratic
 from tbot_gradnav.potentials.scan import Scan
@@ -16,6 +17,7 @@ __all__ = [
     "GROUP",
     "AttractiveRepulsive",
     "Field",
+    "Map",
     "NavigationFunction",
     "Points",
     "Potential",
@@ -38,6 +40,7 @@ def potentials() -> Mapping[str, type[Potential]]:
         "navigation_function": NavigationFunction,
         "attractive_repulsive": AttractiveRepulsive,
         "scan": Scan,
+        "map": Map,
     }
     return own | {entry.name: _load(entry) for entry in entry_points(group=GROUP)}
 

@@ -92,6 +92,10 @@ class Potential(Checked, ABC):
         """
         return None
 
+    def reaches(self, x: Floats, y: Floats) -> NDArray[np.bool_]:
+        """Return whether there is a way from (x, y) to the goal, as far as the potential knows."""
+        return np.ones(np.broadcast_shapes(np.shape(x), np.shape(y)), dtype=bool)
+
     @property
     def ready(self) -> bool:
         """Whether a call would return at once."""
@@ -102,7 +106,8 @@ class Potential(Checked, ABC):
 
     def worded(self, name: str) -> str:
         """Return the potential's name with its gains, for people."""
-        gains = [f"{f.name} {getattr(self, f.name):g}" for f in fields(self) if f.name != "world"]
+        named = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "world"}
+        gains = [f"{k} {v if isinstance(v, str) else format(v, 'g')}" for k, v in named.items()]
         return f"{name} ({', '.join(gains)})" if gains else name
 
     @abstractmethod

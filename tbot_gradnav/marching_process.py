@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fast marching in a process of its own: scikit-fmm lets no other thread run meanwhile.
+
+The process ends when its standard input does, so with whoever started it, however that ends.
+"""
+
+import contextlib
+import pickle
+import subprocess
+import sys
+import threading
+from concurrent.futures import Future
+from functools import cached_property
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tbot_gradnav.fast_marching import Task, march
+
+Array = NDArray[np.float64]
+
+
+class Marching:
+    """The field of a task: found when first asked for, or in the background once begun."""
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self._begun: Future[Array] | None = None
+
+    def begin(self) -> None:
+        """Begin in the background."""
+        if self._begun is None and "phi" not in self.__dict__:
+            self._begun = _marched(self.task)
+
+    @property
+    def ready(self) -> bool:
+        """Whether nothing goes on in the background."""
+        return self._begun is None or self._begun.done()
+
+    @cached_property
+    def phi(self) -> Array:
+        """The field, of shape (rows, columns); see fast_marching.march. Raises GradnavError."""
+        return march(self.task) if self._begun is None else self._begun.result()
+
+
+class _Worker:
+    """The process, started at the first task and again should it have ended."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def march(self, task: Task) -> Array:
+        """Return the field. Raises OSError or EOFError where the process fails."""
+        with self._lock:
+            if self._process is None or self._process.poll() is not None:
+                self._process = subprocess.Popen(
+                    [sys.executable, "-m", __spec__.name],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    start_new_session=True,  # away from the terminal's signals
+                )
+            assert self._process.stdin is not None
+            assert self._process.stdout is not None
+            pickle.dump(task, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            self._process.stdin.flush()
+            phi: Array = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
+            return phi
+
+
+_worker = _Worker()
+
+
+def _marched(task: Task) -> "Future[Array]":
+    """Return the field to come."""
+    future: Future[Array] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(_worker.march(task))
+        except (OSError, EOFError, pickle.PickleError):
+            future.set_result(march(task))  # late is better than never
+        except BaseException as error:
+            future.set_exception(error)
+
+    threading.Thread(target=work, daemon=True).start()
+    return future
+
+
+def serve(questions: BinaryIO, answers: BinaryIO) -> None:
+    """Answer each Task by its field until there are no more."""
+    with contextlib.suppress(EOFError, BrokenPipeError):
+        while True:
+            task: Task = pickle.load(questions)  # noqa: S301 (of the process that started us)
+            pickle.dump(march(task), answers, protocol=pickle.HIGHEST_PROTOCOL)
+            answers.flush()
+
+
+if __name__ == "__main__":
+    serve(sys.stdin.buffer, sys.stdout.buffer)
