@@ -14,15 +14,17 @@ from tbot_gradnav.unicycle import Pose, Twist
 class Robot:
     """The plant of the fake robot on the test's node, in real time at 20 Hz."""
 
-    def __init__(self, graph, x, y, theta, **options):
+    def __init__(
+        self, graph, x, y, theta, namespace="/", odom="odom", cmd_vel="cmd_vel", **options
+    ):
         self.plant = Plant(FakeRobotOptions(**options), Pose.at(x, y, theta))
         self.silent = False
         self.spoil = lambda message: message
         self.commands = []  # (time of arrival, v, omega)
         self._start = time.monotonic()
         self._node = graph.node
-        self.publisher = graph.node.create_publisher(Odometry, "odom", 10)
-        graph.node.create_subscription(TwistMessage, "cmd_vel", self._obey, 100)
+        self.publisher = graph.node.create_publisher(Odometry, namespace + odom, 10)
+        graph.node.create_subscription(TwistMessage, namespace + cmd_vel, self._obey, 100)
         graph.node.create_timer(0.05, self._tick)
 
     @property
