@@ -41,9 +41,15 @@ class Outcome(NamedTuple):
 
 
 class Navigation:
-    """A controller with its memory: where the odometry frame is, the gear, how the drive goes."""
+    """A controller with its memory: where the odometry frame is, the gear, how the drive goes.
 
-    def __init__(self, settings: Settings, world_frame: str = "map") -> None:
+    With `background` a potential that takes long to make is made there, while the robot stands;
+    but the first, with nothing under way yet, when it is first asked for.
+    """
+
+    def __init__(
+        self, settings: Settings, world_frame: str = "map", background: bool = False
+    ) -> None:
         self.odometry = Odometry(settings.start, settings.limits, world_frame)
         self.settings = settings
         self.pose: Pose | None = None  # in the world, by the last odometry
@@ -54,7 +60,9 @@ class Navigation:
         self._sightings = Sightings()
         self._sweep: Sweep | None = None  # the last, until odometry tells where it was taken
         self._looked = -math.inf  # [s] stamp of the last sweep that was placed
+        self._background = False
         self.restart()
+        self._background = background
 
     @property
     def state(self) -> State:
@@ -134,6 +142,9 @@ class Navigation:
             self._progress = _Progress()
             notices.append(Notice("blind", f"stopped: no lidar scan for {BLIND:g} s"))
             return Outcome(pose, STOP, notices)
+        if not self._controller.potential.ready:
+            self._progress = _Progress()
+            return Outcome(pose, STOP, notices)
         if self._state is State.DRIVING:
             notices += self._judged(reading.stamp, pose)
         if self._state is not State.DRIVING:
@@ -184,6 +195,8 @@ class Navigation:
     def _head_for(self, leg: int) -> None:
         """Steer for a waypoint or, on the last leg, the goal."""
         self._leg = leg
+        for soon in self._legs[leg : leg + 2] if self._background else []:
+            soon.potential.prepare()
         self._controller = self._legs[leg].seeing(self._sightings.points)
         self._progress = _Progress()
 

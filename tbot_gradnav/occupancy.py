@@ -71,6 +71,12 @@ class Occupancy:
         """x, y [m] and yaw [rad]."""
         return self.x, self.y, self.yaw
 
+    @property
+    def worded(self) -> str:
+        """Its size, for people."""
+        rows, columns = self.cells.shape
+        return f"{columns} x {rows} cells of {self.resolution:g} m"
+
     @cached_property
     def free(self) -> NDArray[np.bool_]:
         """Whether each cell is free; an unknown one is not."""

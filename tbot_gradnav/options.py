@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tbot_gradnav.fake_lidar import LIDARS
+from tbot_gradnav.occupancy import Occupancy
 from tbot_gradnav.parameters import (
     Checked,
     Choice,
@@ -112,10 +113,16 @@ class Configuration:
     fake_robot: FakeRobotOptions
 
     @classmethod
-    def of(cls, values: Mapping[str, object], starting: bool = True) -> "Configuration":
-        """Return what parameters with dotted names describe. Raises ParameterError.
+    def of(
+        cls,
+        values: Mapping[str, object],
+        starting: bool = True,
+        topic_map: Occupancy | None = None,
+    ) -> "Configuration":
+        """Return what parameters with dotted names describe. Raises GradnavError.
 
-        The poses to start from must be free only while `starting`.
+        The poses to start from must be free only while `starting`. A map that came by a topic
+        serves where map.file names none.
         """
         rest = {name: value for name, value in values.items() if not name.startswith(OF_ROS)}
         options = (
@@ -123,7 +130,7 @@ class Configuration:
             build(WatchdogOptions, rest),
             build(FakeRobotOptions, rest),
         )
-        return cls(Settings.of(rest, OPTIONS, starting), *options)
+        return cls(Settings.of(rest, OPTIONS, starting, topic_map), *options)
 
 
 OPTIONS = (

@@ -107,7 +107,11 @@ class Settings(Checked):
 
     @classmethod
     def of(
-        cls, values: Mapping[str, object], also_known: Iterable[str] = (), starting: bool = True
+        cls,
+        values: Mapping[str, object],
+        also_known: Iterable[str] = (),
+        starting: bool = True,
+        topic_map: Occupancy | None = None,
     ) -> "Settings":
         """Return the settings that parameters with dotted names describe.
 
@@ -117,7 +121,7 @@ class Settings(Checked):
         rest = dict(values)
         obstacles = _take_obstacles(rest)
         gains = {name: _take_gains(name, rest) for name in potentials()}
-        settings = build(cls, rest, obstacles=obstacles, potential_gains=gains)
+        settings = build(cls, rest, obstacles=obstacles, potential_gains=gains, topic_map=topic_map)
         refuse_unknown(rest, {*settings_parameters(values), *also_known})
         if starting:
             settings._refuse_occupied_starts()
@@ -167,12 +171,21 @@ class Settings(Checked):
     @property
     def _walls(self) -> Walls | None:
         """The walls of the map, if there is one. Raises GradnavError."""
-        file = str(self.potential_gains.get("map", {}).get("file", ""))
+        file = self._map_file
         try:
             occupancy = map_files.read(file) if file else self.topic_map
             return None if occupancy is None else walls(occupancy)
         except GradnavError as error:
             raise GradnavError(f"map.file: {error}" if file else f"the map: {error}") from error
+
+    @property
+    def awaits_map(self) -> bool:
+        """Whether the map is to come by a topic."""
+        return self.potential == "map" and not self._map_file
+
+    @property
+    def _map_file(self) -> str:
+        return str(self.potential_gains.get("map", {}).get("file", ""))
 
     @property
     def all_starts(self) -> list[tuple[float, ...]]:
@@ -183,7 +196,8 @@ class Settings(Checked):
     @property
     def start(self) -> Pose:
         """The initial pose xi(0)."""
-        return Pose.at(*self.initial_pose)
+        x, y, yaw = self.initial_pose
+        return Pose(x, y, math.cos(yaw), math.sin(yaw))
 
     @cached_property
     def chosen_potential(self) -> Potential:

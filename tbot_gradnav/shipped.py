@@ -36,6 +36,8 @@ def configuration(file: str, overrides: Mapping[str, object] | None = None) -> C
     found = Configuration.of(parameter_file.read(path) | dict(overrides or {}))
     if not found.settings.has_goal:
         raise GradnavError(f"{path}: goal is missing")
+    if found.settings.awaits_map:
+        raise GradnavError(f"{path}: map.file is missing; a map by a topic is for the navigator")
     return found
 
 

@@ -76,8 +76,9 @@ class Visuals:
         elif self._listeners > before:
             sent += self._shown
         if pose is not None:
-            driving = self._navigation.has_drive
-            arrows = markers.of_robot(self._navigation.potential, pose, driving)
+            potential = self._navigation.potential
+            driving = self._navigation.has_drive and potential.ready
+            arrows = markers.of_robot(potential, pose, driving)
             sent += arrows
         header = self._header()
         for marker in sent:

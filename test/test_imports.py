@@ -22,6 +22,7 @@ OUTSIDE = {
     "tbot_gradnav.goals",
     "tbot_gradnav.health",
     "tbot_gradnav.markers",
+    "tbot_gradnav.map_topic",
     "tbot_gradnav.navigator",
     "tbot_gradnav.observer",
     "tbot_gradnav.plots",
