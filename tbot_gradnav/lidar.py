@@ -73,7 +73,7 @@ class Sweep(NamedTuple):
     def points(self, lidar: Pose) -> Points:
         """Return what was hit, in the frame in which the lidar's pose is given."""
         hit = np.isfinite(measured := self.measured)
-        angle: Array = self.angle_min + np.flatnonzero(hit) * self.angle_increment
+        angle: Array = self.angle_min + self.angle_increment * np.flatnonzero(hit).astype(float)
         ray = lidar.compose(Pose.at(0.0, 0.0, angle))
         return Points(lidar.x + measured[hit] * ray.cos, lidar.y + measured[hit] * ray.sin)
 

@@ -150,7 +150,7 @@ def draw_potential(ax: Any, potential: Potential) -> None:
     world = potential.world
     x, y = _grid(world)
     free = np.greater(world.clearance(x, y), 0.0)
-    phi = np.ma.masked_where(~free, potential(x, y).phi)
+    phi = np.ma.masked_where(~free, potential.all_seen()(x, y).phi)
     levels = np.unique(np.quantile(phi.compressed(), np.linspace(0.0, 1.0, LEVELS)))
     if levels.size > 1:
         ranks = np.ma.masked_array(np.interp(phi, levels, np.linspace(0, 1, levels.size)), ~free)

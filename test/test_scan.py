@@ -175,7 +175,9 @@ def test_the_ball_of_a_goal_with_an_orientation_is_what_is_seen_free():
 
 
 def test_a_new_goal_keeps_what_has_been_seen():
-    settings = configuration((-2.0, 0.0, 0.0), (2.0, 0.1), [(-1.2, 0.1, 0.3)]).settings
+    settings = configuration(
+        (-2.0, 0.0, 0.0), (2.0, 0.1), [(-1.6, 0.15, 0.25)], auto_reverse=False
+    ).settings
     navigation = Navigation(settings)
     sensor = FakeLidar(settings.world, settings.lidar_x, LIDARS["lds_02"], 0.0, 0.0, 0)
     sweep = sensor.sweep(0.0, settings.start)

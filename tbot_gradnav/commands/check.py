@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
 
 def judge(settings: Settings) -> Verdict:
     """Return the verdict on the world, the potential and the law of a file."""
-    potential = settings.chosen_potential
+    potential = settings.chosen_potential.all_seen()
     tolerance = settings.xy_goal_tolerance
     if isinstance(potential, Map):
         found = certify.on_lattice(potential, tolerance)
@@ -146,6 +146,8 @@ def _words(verdict: Verdict) -> list[str]:
     found, lines = verdict.found, [f"  - {problem}" for problem in verdict.problems]
     if isinstance(found.potential, Map):
         return lines + _map_words(found.potential)
+    if found.potential.looks:
+        lines.append("  this is the landscape for a robot that has seen everything")
     kinds = [p.kind for p in found.points]
     counted = ", ".join(f"{kind}: {kinds.count(kind)}" for kind in sorted(set(kinds)))
     lines.append(f"  critical points found: {counted}")

@@ -9,6 +9,7 @@ from typing import ClassVar, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from tbot_gradnav.elementwise import larger
 from tbot_gradnav.parameters import Checked
 from tbot_gradnav.unicycle import Floats
 from tbot_gradnav.world import World
@@ -34,8 +35,8 @@ class Field(NamedTuple):
     @property
     def polar(self) -> tuple[Floats, Floats, Floats]:
         """The gradient as its norm mu and its unit direction, which is (0, 0) where it vanishes."""
-        norm = np.sqrt(self.g_x * self.g_x + self.g_y * self.g_y)
-        inverse = 1.0 / np.maximum(norm, 1e-150)
+        norm = (self.g_x * self.g_x + self.g_y * self.g_y) ** 0.5
+        inverse = 1.0 / larger(norm, 1e-150)
         return self.scale * norm, self.g_x * inverse, self.g_y * inverse
 
 
@@ -74,6 +75,17 @@ class Potential(Checked, ABC):
         other = copy(self)  # with whatever is cached
         object.__setattr__(other, "_seen", points)
         return other
+
+    def all_seen(self) -> Self:
+        """Return the same potential as if the lidar had seen all there is."""
+        other = copy(self)
+        object.__setattr__(other, "_revealed", True)
+        return other
+
+    @property
+    def revealed(self) -> bool:
+        """Whether all there is counts as seen."""
+        return "_revealed" in self.__dict__
 
     @property
     def seen(self) -> Points:

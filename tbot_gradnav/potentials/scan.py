@@ -4,10 +4,13 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from tbot_gradnav.parameters import Number, field
 from tbot_gradnav.potentials.field import Field, Potential
-from tbot_gradnav.potentials.repulsion import distance_from, repulsion
+from tbot_gradnav.potentials.repulsion import distances_from, repulsion
 from tbot_gradnav.unicycle import Floats
+from tbot_gradnav.world import Distances
 
 
 @dataclass(frozen=True)
@@ -30,9 +33,7 @@ class Scan(Potential):
         """Return U and its gradient at (x, y)."""
         dx, dy = x - self.world.goal[0], y - self.world.goal[1]
         rho2 = dx * dx + dy * dy
-        push = repulsion(
-            self.seen, x, y, self.world.robot_radius, self.k_repulsive, self.influence_distance
-        )
+        push = repulsion(self._near(x, y), self.k_repulsive, self.influence_distance)
         pull = 1.0 + 2.0 * push.value
         return Field(
             rho2 * (0.5 + push.value), pull * dx + rho2 * push.x, pull * dy + rho2 * push.y
@@ -40,4 +41,10 @@ class Scan(Potential):
 
     def room(self, x: Floats, y: Floats) -> Floats:
         """Return how far [m] a robot at (x, y) is from the nearest thing seen."""
-        return distance_from(self.seen, x, y) - self.world.robot_radius
+        nearest: Floats = np.min(self._near(x, y).d, axis=0, initial=np.inf)
+        return nearest
+
+    def _near(self, x: Floats, y: Floats) -> Distances:
+        if self.revealed:
+            return self.world.distances(x, y)
+        return distances_from(self.seen, x, y, self.world.robot_radius)
