@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tbot_gradnav import pose_law, shaping
+from tbot_gradnav.elementwise import Bools, choose, larger
 from tbot_gradnav.laws import LAWS, TOWARDS_GOAL, Law, State
 from tbot_gradnav.potentials import Points, Potential
 from tbot_gradnav.settings import Settings
@@ -38,7 +38,7 @@ class Controller:
         v, omega = settings.limits(*self.law(gear * settings.k_v, gear * settings.k_omega, at))
         if settings.goal_heading is not None:
             v, omega = self._aligned(at, v, omega, settings.goal_heading)
-        driving: Floats = np.where(self.arrived(pose), 0.0, 1.0)
+        driving = choose(self.arrived(pose), 0.0, 1.0)
         return Twist(driving * v, driving * omega)
 
     def seeing(self, points: Points) -> "Controller":
@@ -58,25 +58,22 @@ class Controller:
             ahead = -(at.cos_theta * at.cos_alpha + at.sin_theta * at.sin_alpha)
         else:
             ahead = -(at.cos_theta * at.cos_gamma + at.sin_theta * at.sin_gamma)
-        return np.where(ahead * np.sign(self.settings.k_v) < 0.0, -1.0, 1.0)
+        return choose(ahead * self.settings.k_v < 0.0, -1.0, 1.0)
 
     def distance(self, pose: Pose) -> Floats:
         """Return rho, the distance to the goal [m]."""
         dx, dy = pose.x - self.settings.world.goal[0], pose.y - self.settings.world.goal[1]
-        distance: Floats = np.sqrt(dx * dx + dy * dy)
-        return distance
+        return (dx * dx + dy * dy) ** 0.5
 
-    def arrived(self, pose: Pose) -> NDArray[np.bool_]:
+    def arrived(self, pose: Pose) -> Bools:
         """Return whether a robot is at the goal and, if that matters, headed as it asks."""
         settings = self.settings
-        there = np.less_equal(self.distance(pose), settings.xy_goal_tolerance)
+        there = self.distance(pose) <= settings.xy_goal_tolerance
         if settings.goal_heading is None:
             return there
         cos, sin = settings.goal_heading
-        aligned = np.greater_equal(
-            pose.cos * cos + pose.sin * sin, math.cos(settings.yaw_goal_tolerance)
-        )
-        return np.logical_and(there, aligned)
+        aligned = pose.cos * cos + pose.sin * sin >= math.cos(settings.yaw_goal_tolerance)
+        return there & aligned
 
     @cached_property
     def _ball(self) -> float:
@@ -97,8 +94,8 @@ class Controller:
     def _state(self, pose: Pose) -> State:
         settings = self.settings
         x, y = pose.x - settings.world.goal[0], pose.y - settings.world.goal[1]
-        rho = np.sqrt(x * x + y * y)
-        inverse = 1.0 / np.maximum(rho, 1e-150)
+        rho = (x * x + y * y) ** 0.5
+        inverse = 1.0 / larger(rho, 1e-150)
         mu, cos_gamma, sin_gamma = self.potential(pose.x, pose.y).polar
         pace = shaping.Pace(abs(settings.k_v), settings.limits.v, settings.deceleration)
         speed = shaping.SHAPINGS[settings.speed_shaping](pace, rho, mu)

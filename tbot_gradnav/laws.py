@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from tbot_gradnav.elementwise import choose, larger, magnitude
 from tbot_gradnav.unicycle import Floats, Twist
 
 NUDGE = 0.1  # |sin beta| below which a robot that faces the wrong way turns on the spot
@@ -51,7 +52,7 @@ def radial(k_v: Floats, k_omega: Floats, at: State) -> Twist:
     k_omega = 2 k_v the path is the circle through the goal of eq. (30). For study.
     """
     _, sin_beta = _between(at, at.cos_alpha, at.sin_alpha)
-    return Twist(k_v * at.mu, k_omega * at.mu / np.maximum(at.rho, 1e-150) * sin_beta)
+    return Twist(k_v * at.mu, k_omega * at.mu / larger(at.rho, 1e-150) * sin_beta)
 
 
 def heading(k_v: Floats, k_omega: Floats, at: State) -> Twist:
@@ -71,7 +72,7 @@ def descent(k_v: Floats, k_omega: Floats, at: State) -> Twist:
     the robot never reaches an obstacle, where phi is largest.
     """
     cos_beta, sin_beta = _between(at, at.cos_gamma, at.sin_gamma)
-    downhill = np.maximum(0.0, -np.sign(k_v) * cos_beta)
+    downhill = larger(0.0, choose(k_v > 0.0, -cos_beta, cos_beta))
     ideal = Twist(k_v * at.mu * downhill, k_omega * sin_beta)
     return _nudged(ideal, k_v, k_omega, cos_beta, sin_beta)
 
@@ -101,6 +102,6 @@ def _nudged(
     No continuous law is without such a heading, and a robot set down on it must not stay, nor
     drive away for ever because its turning is too slow for its driver.
     """
-    wrong_way = (np.sign(k_v) * cos_beta > 0.0) & (np.abs(sin_beta) < NUDGE)
+    wrong_way = (k_v * cos_beta > 0.0) & (magnitude(sin_beta) < NUDGE)
     turn = k_omega * np.copysign(NUDGE, sin_beta)
-    return Twist(np.where(wrong_way, 0.0, twist.v), np.where(wrong_way, turn, twist.omega))
+    return Twist(choose(wrong_way, 0.0, twist.v), choose(wrong_way, turn, twist.omega))

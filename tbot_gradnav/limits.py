@@ -3,8 +3,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from tbot_gradnav.elementwise import larger, magnitude, smaller
 from tbot_gradnav.parameters import Checked, Number, field
 from tbot_gradnav.unicycle import Floats, Twist
 
@@ -32,9 +31,9 @@ class Limits(Checked):
 
     def __call__(self, v: Floats, omega: Floats) -> Twist:
         """Return the command scaled into what the drive can do, on the same path."""
-        speed, turning = np.abs(v), np.abs(omega)
+        speed, turning = magnitude(v), magnitude(omega)
         wheel = speed + 0.5 * self.wheel_separation * turning
-        demand = np.maximum(np.maximum(speed / self.v, turning / self.omega), wheel / self.wheel)
-        raised = np.maximum(1.0, self.wheel_floor / np.maximum(wheel, 1e-150))
-        scale = np.minimum(raised, 1.0 / np.maximum(demand, 1e-150))
+        demand = larger(larger(speed / self.v, turning / self.omega), wheel / self.wheel)
+        raised = larger(1.0, self.wheel_floor / larger(wheel, 1e-150))
+        scale = smaller(raised, 1.0 / larger(demand, 1e-150))
         return Twist(v * scale, omega * scale)

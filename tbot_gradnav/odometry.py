@@ -152,7 +152,7 @@ class Odometry:
         if dt > HOLE:
             notices.append(Notice("hole", f"no odometry for {dt:.3g} s by its stamps"))
         moved = last.inverse().compose(pose)
-        distance, angle = float(np.hypot(moved.x, moved.y)), abs(float(moved.theta))
+        distance, angle = math.hypot(moved.x, moved.y), abs(math.atan2(moved.sin, moved.cos))
         if distance > _possible(JUMP_DISTANCE, self.limits.v, dt) or angle > _possible(
             JUMP_ANGLE, self.limits.omega, dt
         ):

@@ -9,8 +9,7 @@ a common positive factor, or the gradient by any positive function of position, 
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
-import numpy as np
-
+from tbot_gradnav.elementwise import smaller
 from tbot_gradnav.unicycle import Floats
 
 
@@ -24,12 +23,12 @@ class Pace(NamedTuple):
 
 def brake(pace: Pace, rho: Floats, mu: Floats) -> Floats:
     """Return the speed from which a constant deceleration stops at the goal."""
-    return np.minimum(pace.top_speed, np.sqrt(2.0 * pace.deceleration * rho))
+    return smaller(pace.top_speed, (2.0 * pace.deceleration * rho) ** 0.5)
 
 
 def exponential(pace: Pace, rho: Floats, mu: Floats) -> Floats:
     """Return k_v rho, the paper's own speed near the goal, up to the top speed."""
-    return np.minimum(pace.top_speed, pace.k_v * rho)
+    return smaller(pace.top_speed, pace.k_v * rho)
 
 
 def unshaped(pace: Pace, rho: Floats, mu: Floats) -> Floats:

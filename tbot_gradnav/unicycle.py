@@ -5,12 +5,13 @@ Every quantity is a float for one robot or an array for many; functions broadcas
 """
 
 import math
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats: TypeAlias = float | NDArray[np.float64]
+from tbot_gradnav.elementwise import Floats, choose
+
+__all__ = ["STOP", "Floats", "Pose", "Twist", "heading", "quaternion", "step"]
 
 
 class Pose(NamedTuple):
@@ -82,7 +83,7 @@ def step(pose: Pose, twist: Twist, dt: Floats) -> Pose:
     the same rotation.
     """
     half = 0.5 * twist.omega * dt
-    half = np.where(half == 0.0, 1e-150, half)  # sin(half) / half is 1 there
+    half = choose(half == 0.0, 1e-150, half)  # sin(half) / half is 1 there
     cos_half, sin_half = np.cos(half), np.sin(half)
     chord = twist.v * dt * (sin_half / half)
     cos_mid, sin_mid = _rotate(pose.cos, pose.sin, cos_half, sin_half)

@@ -267,7 +267,7 @@ def _overlap(name: str, a: Shape, other: str, gap: float) -> ParameterError:
 
 def column(values: NDArray[np.float64], like: Floats) -> NDArray[np.float64]:
     """Return one value an obstacle, shaped to broadcast against the robots of `like`."""
-    return values.reshape((-1,) + (1,) * np.ndim(like))
+    return values if isinstance(like, float) else values.reshape((-1,) + (1,) * np.ndim(like))
 
 
 def over_rows(a: Array, b: Array) -> Array:
