@@ -17,13 +17,16 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import LaserScan
 
 from tbot_gradnav import ros
+from tbot_gradnav.changes import entries, merged, waiting
 from tbot_gradnav.command_publisher import CommandPublisher
 from tbot_gradnav.company import Company
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.goals import Goals
 from tbot_gradnav.health import Health
 from tbot_gradnav.lidar import BadScanError, Sweep
+from tbot_gradnav.map_topic import MapTopic
 from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.occupancy import Occupancy
 from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.supervision import Supervision
@@ -56,7 +59,11 @@ class Navigator(Node):
         )
         self._configuration = ros.declare(self, fixed=FIXED)
         options = self._configuration.navigator
-        self._navigation = Navigation(self._configuration.settings, options.world_frame)
+        self._navigation = Navigation(
+            self._configuration.settings, options.world_frame, background=True
+        )
+        if self._navigation.potential.ready:  # what takes long is done before odometry comes
+            self._navigation.potential(*self._configuration.settings.initial_pose[:2])
         self._commands = CommandPublisher(self, options.cmd_vel_type)
         self._company = Company(self)
         self._checked = self._configuration  # parameters that have passed, to be taken next
@@ -77,6 +84,8 @@ class Navigator(Node):
         transform = WorldTransform(self, self._navigation.odometry) if options.publish_tf else None
         self._visuals = Visuals(self, self._navigation, transform)
         self._lidar: Subscription | None = None
+        self._map: Occupancy | None = None  # the last that came by the topic
+        self._maps: MapTopic | None = None
         self._listen()
         self.create_timer(CHECK_PERIOD, self._check_odometry, clock=self._steady)
         self._introduce()
@@ -110,7 +119,14 @@ class Navigator(Node):
             self._tell(notice)
 
     def _listen(self) -> None:
-        """Subscribe scan while the potential needs it."""
+        """Subscribe scan and map while the potential needs them."""
+        awaits = self._configuration.settings.awaits_map
+        if awaits and self._maps is None:
+            frame = self._configuration.navigator.world_frame
+            self._maps = MapTopic(self, frame, self._on_map)
+        elif self._maps is not None and not awaits:
+            self._maps.close()
+            self._maps = None
         looks = self._configuration.settings.chosen_potential.looks
         if looks and self._lidar is None:
             self._lidar = self.create_subscription(
@@ -125,6 +141,19 @@ class Navigator(Node):
             self._navigation.see(Sweep.of(message))
         except BadScanError as error:
             self._say("bad scan", str(error))
+
+    def _on_map(self, occupancy: Occupancy) -> None:
+        """Go on in another map, without the goal if there is no way to it."""
+        self._map = occupancy
+        try:
+            self._checked = self._changed([])
+        except GradnavError as error:
+            self.get_logger().error(f"goal given up in a new map: {error}")
+            if self._configuration.settings.has_goal:
+                self._goals.forget()
+            return
+        self._take_parameters([])
+        self.get_logger().info(f"a map of {occupancy.worded} came")
 
     def _resume(self) -> None:
         """Note that good odometry came; say so once it has come for a while."""
@@ -180,16 +209,25 @@ class Navigator(Node):
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _take_parameters(self, _: list[RosParameter]) -> None:
+    def _take_parameters(self, parameters: list[RosParameter]) -> None:
         before, self._configuration = self._configuration.settings, self._checked
         settings = self._configuration.settings
         self._navigation.change(settings)
         self._listen()
         self._supervision.announce()
+        self._describe_obstacles([p.name for p in parameters if p.value is not None])
         if settings.goal != before.goal:
             self.get_logger().info(f"new goal: {_worded(settings.goal)}")
         for caution in set(settings.cautions) - set(before.cautions):
             self.get_logger().warning(caution)
+
+    def _describe_obstacles(self, names: list[str]) -> None:
+        """Describe those of the parameters that are obstacles', and say which have no effect."""
+        obstacles = entries(names)
+        ros.describe(self, obstacles)
+        aside = waiting(obstacles, ros.values(self))
+        if aside:
+            self.get_logger().info(f"{', '.join(aside)}: kept until it is in obstacles.names")
 
     def _changed(self, parameters: list[RosParameter]) -> Configuration:
         """Return the configuration with some parameters changed. Raises GradnavError.
@@ -199,7 +237,12 @@ class Navigator(Node):
         if self._navigation.has_drive:
             self._commands.publish(STOP)
         changes = {p.name: ros.plain(p.value) for p in parameters}
-        return Configuration.of(ros.merged(ros.values(self), changes), starting=False)
+        values = merged(ros.values(self), changes)
+        configuration = Configuration.of(values, starting=False, topic_map=self._map)
+        settings = configuration.settings
+        pose = self._navigation.pose or settings.start
+        settings.refuse_unreachable(float(pose.x), float(pose.y))
+        return configuration
 
     def _introduce(self) -> None:
         settings = self._configuration.settings

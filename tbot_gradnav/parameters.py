@@ -16,6 +16,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 from tbot_gradnav.errors import ParameterError
 
 LARGEST = 1e9  # of finite numbers; squares and products of such stay finite
+LARGEST_INTEGER = 2**63 - 1  # of ROS
 KEY = "parameter"  # of a dataclass field's metadata
 
 
@@ -52,6 +53,12 @@ class Number:
     at_most: float = math.inf
     infinite: bool = False
 
+    @property
+    def closed(self) -> tuple[float, float] | None:
+        """The range, if it is closed and finite."""
+        closed = math.isfinite(self.at_least) and math.isfinite(self.at_most)
+        return (self.at_least, self.at_most) if closed else None
+
     def allowed(self) -> str:
         """Return the range in words."""
         bounds = [
@@ -86,6 +93,11 @@ class Integer:
     unit: str = ""
     at_least: int = 0
 
+    @property
+    def closed(self) -> tuple[int, int]:
+        """The range."""
+        return self.at_least, LARGEST_INTEGER
+
     def allowed(self) -> str:
         """Return the range in words."""
         return f"must be an integer at least {self.at_least}"
@@ -94,7 +106,7 @@ class Integer:
         """Return the value."""
         if isinstance(value, bool) or not isinstance(value, int) or value < self.at_least:
             raise ParameterError(name, value, self.allowed())
-        if value >= 2**63:
+        if value > LARGEST_INTEGER:
             raise ParameterError(name, value, "must fit in 64 bits")
         return value
 

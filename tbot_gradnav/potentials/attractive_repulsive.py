@@ -50,3 +50,8 @@ class AttractiveRepulsive(Potential):
             g_x=pull * dx - weight * push_x,
             g_y=pull * dy - weight * push_y,
         )
+
+    def attraction(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Return the gradient of k_a rho^2 / 2."""
+        goal_x, goal_y = self.world.goal
+        return self.k_attractive * (x - goal_x), self.k_attractive * (y - goal_y)

@@ -73,3 +73,8 @@ class NavigationFunction(Potential):
             g_y=2.0 * dy - weight * over_rows(steepness, n_y),
             scale=np.exp(ratio - total - total / self.k - log_gamma),  # psi w / gamma
         )
+
+    def attraction(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Return the part of grad log gamma in grad psi; that of the log beta_i is the rest."""
+        scale, (goal_x, goal_y) = self(x, y).scale, self.world.goal
+        return 2.0 * scale * (x - goal_x), 2.0 * scale * (y - goal_y)
