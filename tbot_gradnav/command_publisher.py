@@ -8,6 +8,7 @@ from geometry_msgs.msg import Twist as TwistMessage
 from geometry_msgs.msg import TwistStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
 from tbot_gradnav.unicycle import Twist
@@ -67,7 +68,12 @@ class CommandPublisher:
     def _publish_as(self, kind: str) -> None:
         self._kind = kind
         self._on_kind(kind)
-        self._publisher = self._node.create_publisher(TYPES[kind], TOPIC, 10)
+        # An executor holds on to whatever has callbacks for events, and Fast DDS does not let a
+        # publisher of the other type begin before the last has gone.
+        silent = PublisherEventCallbacks(use_default_callbacks=False)
+        self._publisher = self._node.create_publisher(
+            TYPES[kind], TOPIC, 10, event_callbacks=silent
+        )
 
     def _look(self) -> None:
         """See who listens; follow them, or say what is wrong."""

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav.elementwise import larger
-from tbot_gradnav.elementwise import larger
 from tbot_gradnav.parameters import Checked
 from tbot_gradnav.unicycle import Floats
 from tbot_gradnav.world import World
