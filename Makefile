@@ -13,7 +13,8 @@ test: .venv/ready
 	$(BIN)/pytest --numprocesses 2 --dist loadfile
 
 test-long: .venv/ready
-	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 $(BIN)/pytest --timeout 3000 test/test_check.py test/test_shapes.py
+	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 GRADNAV_POSE_SEEDS=10 $(BIN)/pytest --timeout 3000 \
+		test/test_check.py test/test_shapes.py test/test_pose_goal.py
 
 lint: .venv/ready
 	$(BIN)/ruff check .

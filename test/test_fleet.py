@@ -10,7 +10,7 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 
 import rclpy
 from geometry_msgs.msg import PoseStamped
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental import EventsExecutor
 from rclpy.parameter import Parameter
 from remote import Remote
 from robot import Robot
@@ -71,7 +71,7 @@ def test_navigator_and_fake_robot_share_a_process_and_an_executor(graph):
         kind(context=context, namespace="composed", parameter_overrides=overrides)
         for kind in (Navigator, FakeRobot)
     ]
-    executor = SingleThreadedExecutor(context=context)
+    executor = EventsExecutor(context=context)
     for node in nodes:
         executor.add_node(node)
     remote = Remote(graph, "/composed/")
