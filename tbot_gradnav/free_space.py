@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav.lattice import Lattice
+from tbot_gradnav.potentials.field import Points
 from tbot_gradnav.shapes import Shape
 from tbot_gradnav.unicycle import Floats
 from tbot_gradnav.walls import Walls
 from tbot_gradnav.world import Boundary, World
 
 Array = NDArray[np.float64]
+Cells = NDArray[np.bool_]
 Labels = NDArray[np.intp]
 
 MARGIN = 0.1  # of a cell, by which a node must be clear
@@ -33,17 +35,21 @@ class FreeSpace:
     clearance: Array
 
     @cached_property
-    def free(self) -> NDArray[np.bool_]:
-        """Whether each node is free: clear, and with three others a corner of a free square.
+    def free(self) -> Cells:
+        """Whether each node is free: clear, and a corner of a square of four that are.
 
-        So a way is at least a cell wide everywhere, room for a robot to turn back from its sides.
+        Ways lead along such squares and from one to the next across a common side, so that they
+        are everywhere wide enough for a robot to turn back from their edges. Where the side
+        between two free nodes has a free square on neither hand, both are given up.
         """
-        clear = self.clearance >= MARGIN * self.lattice.spacing
-        square = clear[:-1, :-1] & clear[:-1, 1:] & clear[1:, :-1] & clear[1:, 1:]
-        free = np.zeros_like(clear)
-        for rows in (slice(None, -1), slice(1, None)):
-            for columns in (slice(None, -1), slice(1, None)):
-                free[rows, columns] |= square
+        free, before = self.clearance >= MARGIN * self.lattice.spacing, None
+        while before is None or np.any(free != before):
+            before = free
+            square = free[:-1, :-1] & free[:-1, 1:] & free[1:, :-1] & free[1:, 1:]
+            free = _touched(square, 1, 1)
+            across = free[:, :-1] & free[:, 1:] & ~_touched(square, 1, 0)
+            along = free[:-1] & free[1:] & ~_touched(square, 0, 1)
+            free = free & ~_touched(across, 0, 1) & ~_touched(along, 1, 0)
         return free
 
     @cached_property
@@ -73,6 +79,15 @@ class FreeSpace:
         return lattice.spacing * away, index, part
 
 
+def _touched(marked: Cells, rows: int, columns: int) -> Cells:
+    """Return a larger array, marked where any was that lies up to so many rows and columns back."""
+    found = np.pad(marked, ((0, rows), (0, columns)))
+    for i in range(rows + 1):
+        for j in range(columns + 1):
+            found |= np.pad(marked, ((i, rows - i), (j, columns - j)))
+    return found
+
+
 def free_space(world: World) -> FreeSpace:
     """Return the free space of a world with walls, whatever its goal; the last few are kept."""
     if world.walls is None:
@@ -93,7 +108,20 @@ def _free_space(
     return FreeSpace(walls.lattice, clearance)
 
 
-def _components(free: NDArray[np.bool_]) -> Labels:
+def blocked(space: FreeSpace, points: Points, robot_radius: float, ample: float) -> FreeSpace:
+    """Return a free space with points in it besides, as far as a clearance of `ample` [m]."""
+    lattice, clearance = space.lattice, space.clearance.copy()
+    reach = int(np.ceil((ample + robot_radius) / lattice.spacing)) + 1
+    aside = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    u, w = (np.asarray(part)[:, None] for part in lattice.place(points.x, points.y))
+    i, j = np.rint(u).astype(np.intp) + aside[0], np.rint(w).astype(np.intp) + aside[1]
+    inside = (i >= 0) & (i < lattice.columns) & (j >= 0) & (j < lattice.rows)
+    away = lattice.spacing * np.hypot(u - i, w - j) - robot_radius
+    np.minimum.at(clearance, (j[inside], i[inside]), away[inside])
+    return FreeSpace(lattice, clearance)
+
+
+def _components(free: Cells) -> Labels:
     """Return a number for each connected component of a grid, NOWHERE where it is not free.
 
     Each round hangs every tree of nodes below the lowest root that it touches, then flattens all.

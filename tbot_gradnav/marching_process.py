@@ -9,6 +9,7 @@ import pickle
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import Future
 from functools import cached_property
 from typing import BinaryIO
@@ -24,19 +25,24 @@ Array = NDArray[np.float64]
 class Marching:
     """The field of a task: found when first asked for, or in the background once begun."""
 
-    def __init__(self, task: Task) -> None:
-        self.task = task
+    def __init__(self, ask: Callable[[], Task]) -> None:
+        self._ask = ask
         self._begun: Future[Array] | None = None
 
     def begin(self) -> None:
         """Begin in the background."""
         if self._begun is None and "phi" not in self.__dict__:
-            self._begun = _marched(self.task)
+            self._begun = _marched(self)
 
     @property
     def ready(self) -> bool:
         """Whether nothing goes on in the background."""
         return self._begun is None or self._begun.done()
+
+    @cached_property
+    def task(self) -> Task:
+        """What is asked for."""
+        return self._ask()
 
     @cached_property
     def phi(self) -> Array:
@@ -72,15 +78,15 @@ class _Worker:
 _worker = _Worker()
 
 
-def _marched(task: Task) -> "Future[Array]":
+def _marched(marching: Marching) -> "Future[Array]":
     """Return the field to come."""
     future: Future[Array] = Future()
 
     def work() -> None:
         try:
-            future.set_result(_worker.march(task))
+            future.set_result(_worker.march(marching.task))
         except (OSError, EOFError, pickle.PickleError):
-            future.set_result(march(task))  # late is better than never
+            future.set_result(march(marching.task))  # late is better than never
         except BaseException as error:
             future.set_exception(error)
 

@@ -26,7 +26,7 @@ from tbot_gradnav.parameters import (
     parameters_of,
     refuse_unknown,
 )
-from tbot_gradnav.potentials import Potential, potentials
+from tbot_gradnav.potentials import Map, Potential, gains_of, potentials
 from tbot_gradnav.shapes import SHAPES, Shape
 from tbot_gradnav.shaping import SHAPINGS
 from tbot_gradnav.unicycle import Pose
@@ -181,7 +181,7 @@ class Settings(Checked):
     @property
     def awaits_map(self) -> bool:
         """Whether the map is to come by a topic."""
-        return self.potential == "map" and not self._map_file
+        return issubclass(potentials()[self.potential], Map) and not self._map_file
 
     @property
     def _map_file(self) -> str:
@@ -202,13 +202,15 @@ class Settings(Checked):
     @cached_property
     def chosen_potential(self) -> Potential:
         """The chosen potential in this world."""
+        kind = potentials()[self.potential]
+        sections = kind.borrows or (self.potential,)
+        gains = [self.potential_gains.get(section, {}) for section in sections]
         try:
-            return potentials()[self.potential](
-                self.world, **self.potential_gains.get(self.potential, {})
-            )
+            return kind(self.world, **{name: g[name] for g in gains for name in g})
         except ParameterError as error:
-            if error.name in parameters_of(potentials()[self.potential]):
-                raise error.within(self.potential + ".") from error
+            for section in sections:
+                if error.name in gains_of(section):
+                    raise error.within(section + ".") from error
             raise
 
     @cached_property
@@ -263,8 +265,8 @@ class Settings(Checked):
 def settings_parameters(values: Mapping[str, object]) -> dict[str, tuple[Parameter, Any]]:
     """Return every parameter of Settings and its default, given which obstacles are named."""
     found = parameters_of(Settings)
-    for name, potential in potentials().items():
-        gains = parameters_of(potential)
+    for name in potentials():
+        gains = gains_of(name)
         found.update({f"{name}.{gain}": entry for gain, entry in gains.items()})
     found["obstacles.names"] = (NAMES, ())
     for obstacle in NAMES.check("obstacles.names", values.get("obstacles.names", ())):
@@ -296,7 +298,7 @@ def _take_obstacles(values: dict[str, object]) -> dict[str, Shape]:
 def _take_gains(potential: str, values: dict[str, object]) -> dict[str, object]:
     """Take the gains of a potential out of `values`, each checked, chosen or not."""
     gains = {}
-    for gain, (parameter, _) in parameters_of(potentials()[potential]).items():
+    for gain, (parameter, _) in gains_of(potential).items():
         name = f"{potential}.{gain}"
         if name in values:
             gains[gain] = parameter.check(name, values.pop(name))

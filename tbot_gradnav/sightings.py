@@ -12,7 +12,7 @@ CELL = 0.05  # [m] returns within a square of this side are one point
 REACH = 4.0  # [m] from the robot, beyond which nothing is remembered
 BEHIND = 0.1  # [m] a beam that goes this much further has looked through a point
 MISSES = 3  # sweeps in a row that look through a point, after which it is gone
-MEMORY = 10.0  # [s] for a point that cannot be looked at: hidden, or too near
+MEMORY = 30.0  # [s] for a point that cannot be looked at: hidden, or too near
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 class Sightings:
     """Points in the world, each the mean of the last sweep's returns in its cell.
 
-    A point is forgotten when three sweeps in a row look through it, when it was not seen for ten
+    A point is forgotten when three sweeps in a row look through it, when it was not seen for thirty
     seconds, or when it is far away.
     """
 

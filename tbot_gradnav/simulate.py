@@ -58,8 +58,11 @@ def simulate(
     """Drive a robot from each pose of `start` (arrays of N) until it arrives, collides or gives up.
 
     The command is held for dt [s], as between two odometry messages, and the unicycle moves along
-    the exact arc.
+    the exact arc. Robots whose potential looks drive one at a time, each seeing its own.
     """
+    if controller.potential.looks and np.size(start.x) > 1:
+        alone = [Pose(*column[:, None]) for column in np.array(start).T]
+        return _together([simulate(controller, pose, dt, time_limit, record) for pose in alone])
     world = controller.settings.world
     _keep_freed_memory()
     pose = Pose(*np.array(start, dtype=float))
@@ -75,10 +78,9 @@ def simulate(
         final_distance=np.zeros(n),
     )
     driving = np.arange(n)  # the robots that `pose`, `gear`, `path_length`, `nearest` are about
-    lookout = Lookout(controller.settings, n) if controller.potential.looks else None
-    if lookout:
-        lookout.look(0.0, pose, driving)
-        controller = controller.seeing(lookout.seen_by(driving))
+    lookout = Lookout(controller.settings) if controller.potential.looks else None
+    if lookout and (seen := lookout.look(0.0, pose)):
+        controller = controller.seeing(seen)
     gear = np.array(controller.gear(pose))
     path_length, nearest = np.zeros(n), np.full(n, np.inf)
     path = [_snapshot(pose)] if record else []
@@ -100,9 +102,8 @@ def simulate(
             pose = Pose(*(np.asarray(component)[left] for component in pose))
         if driving.size == 0 or tick == last:
             break
-        if lookout:
-            lookout.look(tick * dt, pose, driving)
-            controller = controller.seeing(lookout.seen_by(driving))
+        if lookout and (seen := lookout.look(tick * dt, pose)):
+            controller = controller.seeing(seen)
         twist = controller.command(pose, gear)
         path_length += np.abs(twist.v) * dt
         pose = step(pose, twist, dt)
@@ -110,6 +111,23 @@ def simulate(
             path.append(path[-1].copy())
             path[-1][:, driving] = _snapshot(pose)
     return replace(runs, path=np.stack(path, axis=1)) if record else runs
+
+
+EACH = ("arrived", "collided", "time", "path_length", "min_clearance", "final_distance")
+
+
+def _together(runs: list[Runs]) -> Runs:
+    """Return the runs of robots that drove one at a time, as if they had driven at once."""
+    joined = {name: np.concatenate([getattr(run, name) for run in runs]) for name in EACH}
+    start = Pose(*(np.concatenate(parts) for parts in zip(*(r.start for r in runs), strict=True)))
+    path = None
+    if runs[0].path is not None:
+        paths = [run.recorded for run in runs]
+        steps = max(path.shape[1] for path in paths)
+        path = np.concatenate(
+            [np.pad(p, ((0, 0), (0, steps - p.shape[1]), (0, 0)), "edge") for p in paths], axis=2
+        )
+    return Runs(start=start, dt=runs[0].dt, path=path, **joined)
 
 
 def random_starts(world: World, n: int, seed: int, reaching: Potential | None = None) -> Pose:

@@ -162,7 +162,7 @@ def test_what_is_hidden_is_remembered_for_a_while():
     sightings = Sightings()
     sightings.update(lidar(around(far)).sweep(0.0, ORIGIN), ORIGIN)
     seen = sightings.points.x.max()
-    for i in range(1, 100):
+    for i in range(1, 200):
         stamp = 0.2 * i
         sightings.update(lidar(around(near)).sweep(stamp, ORIGIN), ORIGIN)
         assert (sightings.points.x.max() >= seen) == (stamp <= MEMORY)

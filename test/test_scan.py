@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 from driving import drive
 
+from tbot_gradnav.controller import Controller
 from tbot_gradnav.fake_lidar import LIDARS, FakeLidar
 from tbot_gradnav.navigation import BLIND, Navigation, State
 from tbot_gradnav.odometry import Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.potentials import Points, Scan
-from tbot_gradnav.potentials.field import ABSENT
 from tbot_gradnav.settings import Settings
 from tbot_gradnav.shapes import Circle
+from tbot_gradnav.simulate import simulate
+from tbot_gradnav.unicycle import Pose
 from tbot_gradnav.world import World
 
 WORLDS = int(os.environ.get("GRADNAV_SCANS", "16"))  # 200 in make test-long
@@ -76,16 +78,18 @@ def test_no_potential_is_lower_at_what_is_seen():
     assert np.all(potential(r * np.cos(angle), r * np.sin(angle)).phi > 1e4)
 
 
-def test_many_robots_see_each_their_own():
-    points = [arc(1.0, 0.0, 0.3, 30), arc(-1.0, 0.5, 0.2, 20)]
-    x, y = np.full((30, 2), ABSENT), np.full((30, 2), ABSENT)
-    for i, seen in enumerate(points):
-        x[: seen.x.size, i], y[: seen.x.size, i] = seen
-    at_x, at_y = np.array([0.5, -0.6]), np.array([0.1, 0.4])
-    together = scan(Points(x, y))(at_x, at_y)
-    for i, seen in enumerate(points):
-        alone = scan(seen)(float(at_x[i]), float(at_y[i]))
-        np.testing.assert_allclose([part[i] for part in together[:3]], alone[:3], rtol=1e-12)
+def test_robots_simulated_together_see_each_their_own():
+    settings = configuration((0.0, 0.0, 0.0), (2.0, 0.0), [(1.0, 0.1, 0.3)]).settings
+    control, x = Controller.of(settings), np.array([0.0, -0.5])
+    together = simulate(control, Pose.at(x, 0.2 * x, 0.0 * x), record=True)
+    assert np.all(together.arrived & ~together.collided)
+    for i in range(2):
+        alone = simulate(
+            control, Pose.at(x[i : i + 1], 0.2 * x[i : i + 1], np.zeros(1)), record=True
+        )
+        assert together.time[i] == alone.time[0]
+        steps = alone.recorded.shape[1]
+        np.testing.assert_array_equal(together.recorded[:, :steps, i], alone.recorded[:, :, 0])
 
 
 def test_a_robot_without_its_lidar_stands_and_says_so():

@@ -4,11 +4,14 @@
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from typing import Any
 
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.parameters import Parameter, parameters_of
 from tbot_gradnav.potentials.attractive_repulsive import AttractiveRepulsive
 from tbot_gradnav.potentials.field import Field, Points, Potential
 from tbot_gradnav.potentials.map import Map
+from tbot_gradnav.potentials.map_scan import MapScan
 from tbot_gradnav.potentials.navigation_function import NavigationFunction
 from tbot_gradnav.potentials.quadratic import Quadratic
 from tbot_gradnav.potentials.scan import Scan
@@ -18,11 +21,13 @@ __all__ = [
     "AttractiveRepulsive",
     "Field",
     "Map",
+    "MapScan",
     "NavigationFunction",
     "Points",
     "Potential",
     "Quadratic",
     "Scan",
+    "gains_of",
     "potentials",
 ]
 
@@ -40,9 +45,16 @@ def potentials() -> Mapping[str, type[Potential]]:
         "navigation_function": NavigationFunction,
         "attractive_repulsive": AttractiveRepulsive,
         "scan": Scan,
+        "map_scan": MapScan,
         "map": Map,
     }
     return own | {entry.name: _load(entry) for entry in entry_points(group=GROUP)}
+
+
+def gains_of(name: str) -> dict[str, tuple[Parameter, Any]]:
+    """Return the parameters of a potential with their defaults, by name."""
+    potential = potentials()[name]
+    return {} if potential.borrows else parameters_of(potential)
 
 
 def _load(entry: EntryPoint) -> type[Potential]:

@@ -41,16 +41,12 @@ class Field(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Points in the world frame [m]: of shape (M,), or (M, N) where each of N robots has its own.
-
-    What is missing in a column is filled up with points ABSENT metres away.
-    """
+    """Points (x, y) [m] in the world frame."""
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
 
 
-ABSENT = 1e9  # [m]
 NOTHING = Points(np.empty(0), np.empty(0))
 
 
@@ -66,7 +62,9 @@ class Potential(Checked, ABC):
 
     repels: ClassVar[bool] = True  # whether it is largest on obstacles and boundary
 
-    looks: ClassVar[bool] = False  # whether it repels from what the lidar sees
+    looks: ClassVar[bool] = False  # whether it repels from what the lidar of one robot sees
+
+    borrows: ClassVar[tuple[str, ...]] = ()  # potentials whose gains it takes, having none itself
 
     world: World
 

@@ -2,7 +2,7 @@
 """The way to the goal in a map, which has no minimum but the goal."""
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from importlib.util import find_spec
 from typing import ClassVar
 
@@ -16,6 +16,7 @@ from tbot_gradnav.marching_process import Marching
 from tbot_gradnav.parameters import Number, Text, field
 from tbot_gradnav.potentials.field import Field, Potential
 from tbot_gradnav.unicycle import Floats
+from tbot_gradnav.world import World
 
 Array = NDArray[np.float64]
 
@@ -95,15 +96,20 @@ class Map(Potential):
         """How many nodes are free, and from how many of them there is a way to the goal."""
         return int(self._space.free.sum()), int(self._marching.task.free.sum())
 
+    @property
+    def known(self) -> World:
+        """The world as far as the potential knows it beforehand."""
+        return self.world
+
     @cached_property
     def _space(self) -> FreeSpace:
         if self.world.walls is None:
             raise GradnavError("potential map has no map: map.file is empty, and no topic map came")
-        return free_space(self.world)
+        return free_space(self.known)
 
     @cached_property
     def _marching(self) -> Marching:
-        clear = float(self.world.clearance(*self.world.goal))
+        clear = float(self.known.clearance(*self.world.goal))
         return _marching(self._space, self.world.goal, clear, self.clearance)
 
 
@@ -112,17 +118,22 @@ def _marching(
     space: FreeSpace, goal: tuple[float, float], goal_clearance: float, ample: float
 ) -> Marching:
     """Return the marching to a goal, the same for the same."""
+    return Marching(partial(task_in, space, goal, goal_clearance, ample))
+
+
+def task_in(
+    space: FreeSpace, goal: tuple[float, float], goal_clearance: float, ample: float
+) -> Task:
+    """Return what is asked for in a free space; see Task."""
     away, _, part = space.nearest(*goal)
     spacing = space.lattice.spacing
     column, row = map(float, space.lattice.place(*goal))
-    return Marching(
-        Task(
-            space.clearance,
-            (space.part == part) & (part != NOWHERE),
-            (column, row),
-            spacing,
-            max(min(STRAIGHT * spacing, goal_clearance), 1.01 * float(away)),
-            ample,
-            goal_clearance,
-        )
+    return Task(
+        space.clearance,
+        (space.part == part) & (part != NOWHERE),
+        (column, row),
+        spacing,
+        max(min(STRAIGHT * spacing, goal_clearance), 1.01 * float(away)),
+        ample,
+        goal_clearance,
     )

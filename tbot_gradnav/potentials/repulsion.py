@@ -7,7 +7,7 @@ import numpy as np
 
 from tbot_gradnav.potentials.field import Points
 from tbot_gradnav.unicycle import Floats
-from tbot_gradnav.world import TOUCHING, Array, Distances, column
+from tbot_gradnav.world import TOUCHING, Distances, column
 
 P = 8.0  # exponent of the norm: nearly the largest, but smooth
 NEARLY_ZERO = 1e-150
@@ -44,11 +44,6 @@ def repulsion(near: Distances, k: float, d_0: float) -> Repulsion:
 
 def distances_from(points: Points, x: Floats, y: Floats, robot_radius: float) -> Distances:
     """Return how far a robot at (x, y) [m] is from each point."""
-    dx, dy = x - _rows(points.x, x), y - _rows(points.y, x)
+    dx, dy = x - column(points.x, x), y - column(points.y, x)
     to_point = np.maximum(np.sqrt(dx * dx + dy * dy), NEARLY_ZERO)
     return Distances(to_point - robot_radius, dx / to_point, dy / to_point)
-
-
-def _rows(values: Array, x: Floats) -> Array:
-    """Return the points' values so that they broadcast against the robots' x."""
-    return values if values.ndim > 1 else column(values, x)
