@@ -181,8 +181,8 @@ def test_arrives_in_the_open_like_a_robot_without_a_map():
     off = np.abs(g_x * dy - g_y * dx) / (np.hypot(g_x, g_y) * rho)
     assert np.all(off[rho <= 0.1] < 1e-9)  # straight home
     assert np.median(off) < 0.05
-    assert np.all(off < 0.2)  # in the squares of the lattice next to the goal
-    np.testing.assert_allclose(potential(x, y).phi, rho, atol=0.02)
+    assert np.all(off < 0.3)  # in the squares of the lattice next to the goal
+    np.testing.assert_allclose(potential(x, y).phi, rho, atol=1.2 * plans.RESOLUTION)
 
 
 def test_obstacles_of_the_file_count_as_walls():
@@ -210,7 +210,7 @@ def test_a_goal_that_no_way_leads_to_is_refused_with_a_word():
     with pytest.raises(GradnavError, match=r"^goal: .* no way to it from \(1, 1\)"):
         plans.settings(closed_room(), (5.0, 1.0), (1.0, 1.0))
     plans.settings(closed_room(), (2.0, 1.0), (1.0, 1.0))
-    with pytest.raises(GradnavError, match="^waypoints: .* no way"):
+    with pytest.raises(GradnavError, match=r"^waypoints: .* no way"):
         plans.settings(closed_room(), (2.0, 1.0), (1.0, 1.0), waypoints=[5.0, 1.0])
 
 
