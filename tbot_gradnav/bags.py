@@ -4,9 +4,10 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.lidar import BadScanError, Sweep
 from tbot_gradnav.odometry import GoalPose, Reading
 from tbot_gradnav.unicycle import Twist
 
@@ -14,7 +15,9 @@ TOPICS = {
     "/odom": ("nav_msgs/msg/Odometry",),
     "/cmd_vel": ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
     "/goal_pose": ("geometry_msgs/msg/PoseStamped",),
+    "/scan": ("sensor_msgs/msg/LaserScan",),
 }
+Content: TypeAlias = Reading | Twist | GoalPose | Sweep | BadScanError
 STORAGE = (".mcap", ".db3")
 
 
@@ -22,7 +25,7 @@ class Event(NamedTuple):
     """A message of a bag: when it was recorded [ns], what of it is used, and the whole in CDR."""
 
     recorded: int
-    content: Reading | Twist | GoalPose
+    content: Content
     cdr: bytes
 
 
@@ -57,11 +60,13 @@ class Bag:
         """Return how many messages a topic has, by the bag's own account."""
         return sum(c.msgcount for c in self._connections if c.topic == topic)
 
-    def events(self) -> Iterator[Event]:
-        """Yield the messages in the order of their recording. Raises GradnavError if damaged."""
-        for connection, recorded, data in _undamaged(
-            self._path, self._reader.messages(self._connections)
-        ):
+    def events(self, scans: bool = False) -> Iterator[Event]:
+        """Yield the messages in the order of their recording, those of /scan only if wanted.
+
+        Raises GradnavError if the bag is damaged.
+        """
+        wanted = [c for c in self._connections if scans or c.topic != "/scan"]
+        for connection, recorded, data in _undamaged(self._path, self._reader.messages(wanted)):
             try:
                 message = self._reader.deserialize(data, connection.msgtype)
                 cdr = data if self._reader.is2 else self._cdr(data, connection.msgtype)
@@ -129,9 +134,14 @@ def _damaged(path: Path, error: Exception) -> GradnavError:
     return GradnavError(f"{path}: the bag is damaged or of an unknown kind: {what}")
 
 
-def _content(topic: str, message: Any) -> Reading | Twist | GoalPose:
+def _content(topic: str, message: Any) -> Content:
     if topic == "/odom":
         return Reading.of(message)
+    if topic == "/scan":
+        try:
+            return Sweep.of(message)
+        except BadScanError as error:
+            return error
     if topic == "/goal_pose":
         return GoalPose.of(message)
     twist = message.twist if hasattr(message, "twist") else message

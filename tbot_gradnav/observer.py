@@ -10,7 +10,9 @@ from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
 from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import LaserScan
 
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import Odometry, Reading
@@ -23,6 +25,7 @@ KINDS = {
     PoseStamped: "geometry_msgs/msg/PoseStamped",
     TwistMessage: "geometry_msgs/msg/Twist",
     TwistStamped: "geometry_msgs/msg/TwistStamped",
+    LaserScan: "sensor_msgs/msg/LaserScan",
 }
 
 
@@ -58,6 +61,10 @@ class Observer(Node):
         stamped = configuration.navigator.cmd_vel_type == "twist_stamped"
         self._listen("odom", OdometryMessage, self._on_odometry)
         self._listen("ground_truth", PoseStamped, self._on_truth)
+        if self._settings.chosen_potential.looks:
+            self._listen(
+                "scan", LaserScan, lambda scan: _ns(scan.header.stamp), qos_profile_sensor_data
+            )
         self._listen("cmd_vel", TwistStamped if stamped else TwistMessage, self._on_command)
 
     @property
@@ -126,14 +133,14 @@ class Observer(Node):
             now = max(now, heard.stamp)
             recorder.write(heard.topic, KINDS[heard.kind], now, heard.cdr)
 
-    def _listen(self, topic: str, kind: Any, callback: Any) -> None:
+    def _listen(self, topic: str, kind: Any, callback: Any, qos: QoSProfile | int = 100) -> None:
         """Subscribe; every message is kept as it came, then handed to `callback`."""
 
         def on_message(cdr: bytes, info: dict[str, int]) -> None:
             stamp = callback(deserialize_message(cdr, kind))
             self._heard.append(_Heard(info["source_timestamp"], f"/{topic}", kind, stamp, cdr))
 
-        self.create_subscription(kind, topic, on_message, 100, raw=True)
+        self.create_subscription(kind, topic, on_message, qos, raw=True)
 
     def _on_odometry(self, message: OdometryMessage) -> int:
         stamp = self._see(message.header.stamp)
@@ -157,10 +164,18 @@ class Observer(Node):
         return 0  # a Twist has no stamp
 
     def _see(self, stamp: Any) -> int:
-        self._stamp = stamp.sec * 10**9 + stamp.nanosec
+        self._stamp = _ns(stamp)
         if self._began is None:
             self._began = self._stamp
         return self._stamp
+
+
+def _stamp_of(message: Any) -> int:
+    return _ns(message.header.stamp)
+
+
+def _ns(stamp: Any) -> int:
+    return int(stamp.sec * 10**9 + stamp.nanosec)
 
 
 def _orientation(goal: Sequence[float]) -> Quaternion:

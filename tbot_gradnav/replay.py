@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from tbot_gradnav.bags import Bag, Event
 from tbot_gradnav.errors import GradnavError
+from tbot_gradnav.lidar import BadScanError, Sweep
 from tbot_gradnav.navigation import Navigation
 from tbot_gradnav.odometry import BadOdometryError, GoalPose, Notice, Reading
 from tbot_gradnav.options import Configuration
@@ -91,7 +92,8 @@ class Replay:
         navigation = Navigation(self.configuration.settings, options.world_frame)
         recent: deque[Twist] = deque(maxlen=self.candidates)
         heard = -math.inf  # [s] when the last good odometry was recorded
-        for event in self.bag.events():
+        scans = navigation.settings.chosen_potential.looks
+        for event in self.bag.events(scans):
             t = (event.recorded - self.bag.start) * NS
             if isinstance(event.content, Reading):
                 self.odometry += 1
@@ -103,7 +105,11 @@ class Replay:
                 yield Sample(t, event, pose, twist, None)
             elif isinstance(event.content, GoalPose):
                 self._set_goal(navigation, event.content)
-            else:
+            elif isinstance(event.content, Sweep):
+                navigation.see(event.content)
+            elif isinstance(event.content, BadScanError):
+                self._note(Notice("bad scan", str(event.content)))
+            elif isinstance(event.content, Twist):
                 self.commands += 1
                 stale = t - heard > options.odometry_timeout
                 computed = _nearest(event.content, [STOP] if stale else list(recent))
