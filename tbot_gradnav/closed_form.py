@@ -19,7 +19,6 @@ def beta(t: Floats, beta_0: Floats, k_v: float, k_omega: float) -> Floats:
 def rho(t: Floats, rho_0: Floats, beta_0: Floats, k_v: float, k_omega: float) -> Floats:
     """Distance to the goal over time under the position law [m]: eq. (20) corrected.
 
-
     As printed, eq. (20) drops the lower limit of its integral and does not even give
     rho(0) = rho_0. With it, rho(t) = rho_0 (sin beta(t) / sin beta_0)^(k_v / k_beta), here
     with sin beta = 2 eta / (1 + eta^2) so that it holds at sin beta_0 = 0 as well.

@@ -38,7 +38,7 @@ class Remote:
         answer = self._call(Trigger, name, Trigger.Request())
         return answer.success, answer.message
 
-    def set(self, **changes):
+    def set_each(self, **changes):
         """Set parameters one by one, as `ros2 param set`; return the refusals, '' for none."""
         request = SetParameters.Request(parameters=_messages(changes))
         answer = self._call(SetParameters, "navigator/set_parameters", request)
@@ -52,7 +52,7 @@ class Remote:
 
     def set_one(self, name, value):
         """Set a parameter; return the refusal, '' for none."""
-        return self.set(**{name: value})[0]
+        return self.set_each(**{name: value})[0]
 
     def get(self, name):
         """Return a parameter's value."""

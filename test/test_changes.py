@@ -191,7 +191,7 @@ def test_a_storm_of_changes_moves_the_robot_never_beyond_its_limits(graph, param
         if i % 2:
             refusals.append(remote.set_together(changes))
         else:
-            refusals += remote.set(**changes)
+            refusals += remote.set_each(**changes)
     assert 50 < sum(map(bool, refusals)) < len(refusals) - 50
     assert all(len(refusal.splitlines()) <= 1 for refusal in refusals)
     assert remote.set_together(AFTERWARDS) == ""

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as colcon and a reader of the README find it."""
 
+import ast
 import os
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 from conftest import CONFIG, ROOT
@@ -72,3 +74,31 @@ def test_the_minimal_file_is_no_longer_than_its_promise():
 def test_the_readme_lists_the_parameters_as_the_code_has_them():
     check = [sys.executable, ROOT / "tools" / "parameter_table.py", "--check"]
     assert subprocess.run(check, check=False).returncode == 0, "run tools/parameter_table.py"
+
+
+DEBIAN = {
+    "numpy": "python3-numpy",
+    "yaml": "python3-yaml",
+    "matplotlib": "python3-matplotlib",
+    "tf2_ros": "tf2_ros_py",
+}
+NOT_IN_ROSDEP = {"rosbags", "skfmm"}  # asked for where they are missed
+
+
+def imported(path):
+    """Return the names of the top-level packages that a Python file imports."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield node.module.partition(".")[0]
+
+
+def test_package_xml_names_what_is_imported_and_nothing_else():
+    files = [*(ROOT / "tbot_gradnav").rglob("*.py"), *(ROOT / "launch").glob("*.py")]
+    names = {name for file in files for name in imported(file)}
+    foreign = names - sys.stdlib_module_names - {"tbot_gradnav"} - NOT_IN_ROSDEP
+    package = ElementTree.parse(ROOT / "package.xml")  # noqa: S314 (our own file)
+    listed = {element.text for element in package.iter("exec_depend")}
+    executed = {"ros2bag"}  # by a launch file
+    assert listed == {DEBIAN.get(name, name) for name in foreign} | executed
