@@ -132,14 +132,21 @@ class Graph:
         self.context.try_shutdown()
 
 
-@pytest.fixture
-def graph(tmp_path):
+@contextmanager
+def ros_graph(folder):
     """Give a ROS graph on a domain that no other test uses."""
-    pytest.importorskip("rclpy", reason="needs ROS 2")
     with ros_domain() as domain:
-        graph = Graph(tmp_path, domain)
+        graph = Graph(folder, domain)
         yield graph
         graph.close()
+
+
+@pytest.fixture
+def graph(tmp_path):
+    """Give a ROS graph."""
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    with ros_graph(tmp_path) as graph:
+        yield graph
 
 
 @pytest.fixture

@@ -115,7 +115,7 @@ def test_the_node_replays_the_same(graph, tmp_path):
 @pytest.mark.parametrize("name", COUNTS)
 def test_recordings_of_others_replay(replayed, name):
     if not (RECORDINGS / name).is_dir():
-        pytest.skip("the recordings are not beside the checkout; see GRADNAV_RECORDINGS")
+        pytest.skip("GRADNAV_RECORDINGS names no folder")
     status, figures, _, _ = replayed(RECORDINGS / name)
     assert status == NO  # they were driven by something else
     assert figures["odometry"] == COUNTS[name]
