@@ -12,6 +12,7 @@ PLOT = ["matplotlib>=3.6"]
 BAGS = ["rosbags>=0.11"]
 MAP = ["scikit-fmm>=2022.8.15"]  # from source: it needs a C++ compiler
 TEST = ["pytest>=7", "hypothesis>=6", "pytest-timeout>=2", "pytest-xdist>=3", "wheel"]
+BENCH = ["scipy>=1.11", "ir-sim>=2.12", *MAP]
 COLCON = ["colcon-common-extensions>=0.3", "setuptools"]
 LINT = ["ruff>=0.8", "mypy>=1.11", "types-PyYAML", *COLCON]
 
@@ -44,6 +45,7 @@ setup(
         "all": [*ROS, *PLOT, *BAGS],
         "test": [*TEST, *COLCON],
         "lint": LINT,
+        "bench": BENCH,
     },
     entry_points={
         "console_scripts": [
