@@ -95,8 +95,8 @@ def _marched(marching: Marching) -> "Future[Array]":
 
 
 def serve(questions: BinaryIO, answers: BinaryIO) -> None:
-    """Answer each Task by its field until there are no more."""
-    with contextlib.suppress(EOFError, BrokenPipeError):
+    """Answer each Task by its field until there are no more, or whoever asks has ended."""
+    with contextlib.suppress(EOFError, pickle.UnpicklingError, BrokenPipeError):
         while True:
             task: Task = pickle.load(questions)  # noqa: S301 (of the process that started us)
             pickle.dump(march(task), answers, protocol=pickle.HIGHEST_PROTOCOL)
