@@ -27,6 +27,7 @@ GOAL_COLOUR = "#009e73"
 START_COLOUR = "black"
 OBSTACLE_COLOUR = "0.35"
 INFLATION_COLOUR = "0.35"
+TITLE = 0.2  # [in] what title and labels take more of the height than of the width
 WALL_SHADE, UNKNOWN_SHADE = 0.2, 0.75  # 0 is black
 
 
@@ -104,6 +105,12 @@ def _edge(world: World) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     if world.bounded:
         return world.boundary.region.outline
     return Circle(*extent(world)).outline if world.walls is None else world.walls.corners
+
+
+def height(world: World, width: float = 7.0) -> float:
+    """Return the height [in] of a figure of some width [in] that a world fills."""
+    x, y = _edge(world)
+    return float(np.clip(width * np.ptp(y) / np.ptp(x) + TITLE, 0.4 * width, 1.6 * width))
 
 
 def _draw_map(ax: Any, occupancy: Occupancy) -> None:

@@ -128,7 +128,7 @@ def _start(words: list[str], settings: Settings) -> tuple[float, ...]:
 def _plot(path: str | Path, controller: Controller, runs: Runs) -> None:
     from tbot_gradnav import plots
 
-    with plots.figure(path) as ax:
+    with plots.figure(path, height=plots.height(controller.settings.world)) as ax:
         plots.draw_potential(ax, controller.potential)
         plots.draw_world(ax, controller.settings.world, controller.settings.goal_heading)
         n = len(runs.time)
