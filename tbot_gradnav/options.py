@@ -54,6 +54,12 @@ class WatchdogOptions(Checked):
     )
 
 
+def _strength(side: str) -> Number:
+    return Number(
+        f"share of its commanded speed that the {side} wheel reaches", at_least=0.1, at_most=1.0
+    )
+
+
 @dataclass(frozen=True)
 class FakeRobotOptions(Checked):
     """How the fake robot differs from an ideal one."""
@@ -74,6 +80,16 @@ class FakeRobotOptions(Checked):
     )
     range_dropout: float = field(
         0.0, Number("share of the lidar's beams that are lost", at_least=0.0, at_most=1.0)
+    )
+    left_wheel: float = field(1.0, _strength("left"))
+    right_wheel: float = field(1.0, _strength("right"))
+    wheel_slip: float = field(
+        0.0,
+        Number(
+            "share of the wheels' motion lost on the floor, which odometry takes for driven",
+            at_least=0.0,
+            at_most=0.9,
+        ),
     )
     command_latency: float = field(
         0.0, Number("from a command's arrival to its effect", "s", at_least=0.0)

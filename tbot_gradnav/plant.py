@@ -21,7 +21,9 @@ WHEEL_RADIUS = 0.033  # [m]
 class Plant:
     """The true pose, and the odometry that the robot believes.
 
-    Commands take effect command_latency after they arrive, and hold until the next.
+    Commands take effect command_latency after they arrive, and hold until the next. As in the
+    TurtleBot3's driver, odometry has its distances from the wheels and its heading from the gyro,
+    so a slip spoils the distances alone.
     """
 
     def __init__(self, options: FakeRobotOptions, initial: Pose) -> None:
@@ -38,7 +40,7 @@ class Plant:
 
     @property
     def twist(self) -> Twist:
-        """The velocity at which the wheels move the robot."""
+        """The velocity at which the wheels would move the robot without slip."""
         left, right = self._rims
         return Twist(0.5 * (left + right), 0.5 * (right - left) / HALF_SEPARATION)
 
@@ -84,20 +86,21 @@ class Plant:
 
     def _drive(self, twist: Twist) -> None:
         """Set the wheels' speeds as the driver would."""
-        if not self._options.driver_quirks:
-            self._rims = _rims(twist)
-            return
-        (left, right), before = _rims(driven(twist)), self._rims
-        self._rims = (
-            left if abs(left) <= TOP_WHEEL else before[0],
-            right if abs(right) <= TOP_WHEEL else before[1],
-        )
+        options, before = self._options, self._rims
+        left, right = _rims(driven(twist) if options.driver_quirks else twist)
+        self._rims = options.left_wheel * left, options.right_wheel * right
+        if options.driver_quirks:
+            self._rims = (
+                self._rims[0] if abs(left) <= TOP_WHEEL else before[0],
+                self._rims[1] if abs(right) <= TOP_WHEEL else before[1],
+            )
 
     def _roll(self, until: float) -> None:
         dt = until - self._now
         v, omega = self.twist
-        self.pose = step(self.pose, self.twist, dt)
-        believed = Twist(v * self._scale_v, omega * self._scale_omega)
+        grip = 1.0 - self._options.wheel_slip
+        self.pose = step(self.pose, Twist(grip * v, grip * omega), dt)
+        believed = Twist(v * self._scale_v, grip * omega * self._scale_omega)
         self._odometry = step(self._odometry, believed, dt)
         left, right = (rim * dt / WHEEL_RADIUS for rim in self._rims)
         self.wheels = self.wheels[0] + left, self.wheels[1] + right

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hours of driving in fast motion: a new goal every minute, no leak, no touch, every stop made."""
+
+import math
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import CONFIG
+
+pytest.importorskip("rclpy", reason="needs ROS 2")
+
+from geometry_msgs.msg import PoseStamped
+from geometry_msgs.msg import Twist as TwistMessage
+
+from tbot_gradnav import shipped
+from tbot_gradnav.simulate import random_starts
+
+HOURS = float(os.environ.get("GRADNAV_SOAK_HOURS", "0.1"))  # of the robot's time
+FACTOR = float(os.environ.get("GRADNAV_SOAK_FACTOR", "25"))  # of fast motion
+RATE = 10.0  # [Hz] of odometry
+TIMEOUT = ("-p", "command_timeout:=0.5")  # a tick that the machine misses is not driven blindly
+FILE = CONFIG / "nine_attractive_repulsive.yaml"
+MINUTE = 60.0  # [s] the longest way of 1,600 simulated ones takes 49 s
+OVERSHOOT = 0.21 * 1.0  # [m] driven while a stop is on its way, a second in fast motion
+WARM_UP = 0.25  # of the time
+LEAK = 1.0  # [MiB] an hour of the robot's time; or altogether, where it is less than an hour
+
+
+class Witness:
+    """Sees where the robot truly is and what it is told."""
+
+    def __init__(self, graph, world):
+        self.x = self.y = math.nan
+        self.stands = False
+        self.command = None
+        self.clearance = math.inf
+        self.poses = 0
+        self._world = world
+        self._stamp = self._began = None
+        graph.node.create_subscription(PoseStamped, "ground_truth", self._on_truth, 1000)
+        graph.node.create_subscription(TwistMessage, "cmd_vel", self._on_command, 1000)
+
+    @property
+    def seconds(self):
+        """The robot's time."""
+        return 0.0 if self._stamp is None else self._stamp - self._began
+
+    def _on_truth(self, message):
+        stamp = message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
+        self._stamp, self._began = stamp, self._began or stamp
+        x, y = message.pose.position.x, message.pose.position.y
+        self.stands = (x, y) == (self.x, self.y)
+        self.x, self.y = x, y
+        self.clearance = min(self.clearance, float(self._world.clearance(self.x, self.y)))
+        self.poses += 1
+
+    def _on_command(self, message):
+        self.command = message
+
+
+def resident(process):
+    """Return the memory [MiB] that a process holds."""
+    lines = Path(f"/proc/{process.process.pid}/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmRSS")) / 1024.0
+
+
+def test_hours_of_driving_leak_nothing_touch_nothing_and_end_every_drive_with_a_stop(graph, capsys):
+    world = shipped.configuration(str(FILE)).settings.world
+    witness = Witness(graph, world)
+    more = ["-p", f"real_time_factor:={FACTOR}", "-p", f"rate:={RATE}", *TIMEOUT]
+    nodes = [graph.start("fake_robot", "--ros-args", "--params-file", FILE, *more)]
+    graph.until(lambda: witness.poses, "fake robot")
+    nodes.append(graph.start("navigator", "--ros-args", "--params-file", FILE, *more))
+    goal = graph.node.create_publisher(PoseStamped, "goal_pose", 10)
+    graph.until(lambda: goal.get_subscription_count() == 1 and witness.command, "navigator")
+    began, poses, memory = witness.seconds, witness.poses, []
+    goals = random_starts(world, round(HOURS * 3600.0 / MINUTE), seed=0)
+    for i, (x, y) in enumerate(zip(goals.x, goals.y, strict=True)):
+        message = PoseStamped()
+        message.pose.position.x, message.pose.position.y = float(x), float(y)
+        message.pose.orientation.w = 0.0
+        goal.publish(message)
+        until = began + (i + 1) * MINUTE
+        graph.until(lambda t=until: witness.seconds >= t, "minute", patience=20.0 + MINUTE / FACTOR)
+        assert witness.clearance > 0.0
+        away = math.hypot(witness.x - x, witness.y - y)
+        assert witness.command == TwistMessage(), f"minute {i}, {away} m away: no stop"
+        assert witness.stands, f"minute {i}, {away} m away"
+        assert away <= 0.05 + OVERSHOOT, f"minute {i}: {nodes[1].words}"
+        memory.append([resident(node) for node in nodes])
+    hours, memory = (1 + np.arange(len(memory))) * MINUTE / 3600.0, np.array(memory)
+    warm = hours > WARM_UP * HOURS
+    slopes = np.polyfit(hours[warm], memory[warm], 1)[0] if HOURS >= 1.0 else []
+    growth = memory[-1] - memory[warm][0]
+    rate = (witness.poses - poses) / (witness.seconds - began)
+    with capsys.disabled():
+        print(
+            f"\n{witness.seconds - began:.0f} s of the robot's time, {len(memory)} goals, odometry "
+            f"{rate:.1f} Hz, smallest clearance {witness.clearance:.3f} m; fake robot, navigator: "
+            f"{memory[-1].round(1)} MiB, grown by {growth.round(2)} MiB after warm-up, "
+            f"slope {np.round(slopes, 3)} MiB/h"
+        )
+    assert nodes[1].words.count("arrived") >= len(memory)
+    assert "stopped: " not in nodes[1].words
+    assert rate >= 0.5 * RATE
+    assert max(slopes if HOURS >= 1.0 else growth) < LEAK
