@@ -17,6 +17,7 @@ from tbot_gradnav.unicycle import Floats
 Array = NDArray[np.float64]
 
 OUTLINE = 720  # points of an outline
+SMALLEST = 1e-6  # [m] of a size; corners much nearer to each other are one by rounding
 NEWTON_STEPS = 20  # for the nearest point of an ellipse; it stops changing after a dozen
 
 
@@ -68,7 +69,7 @@ class Round(Shape):
 class Circle(Round):
     """A circular obstacle."""
 
-    radius: float = field(1.0, Number("radius", "m", above=0.0))
+    radius: float = field(1.0, Number("radius", "m", at_least=SMALLEST))
 
     def distance(self, x: Floats, y: Floats) -> Distance:
         """Return the distance of points."""
@@ -143,8 +144,8 @@ class Box(Cornered):
 
     x: float = field(0.0, Number("centre", "m"))
     y: float = field(0.0, Number("centre", "m"))
-    width: float = field(1.0, Number("full side along its own x", "m", above=0.0))
-    height: float = field(1.0, Number("full side along its own y", "m", above=0.0))
+    width: float = field(1.0, Number("full side along its own x", "m", at_least=SMALLEST))
+    height: float = field(1.0, Number("full side along its own y", "m", at_least=SMALLEST))
     yaw: float = field(0.0, Number("by which it is turned", "rad"))
 
     @cached_property
@@ -160,8 +161,8 @@ class Box(Cornered):
 class Ellipse(Round):
     """An ellipse, turned by yaw."""
 
-    semi_x: float = field(1.0, Number("half axis along its own x", "m", above=0.0))
-    semi_y: float = field(1.0, Number("half axis along its own y", "m", above=0.0))
+    semi_x: float = field(1.0, Number("half axis along its own x", "m", at_least=SMALLEST))
+    semi_y: float = field(1.0, Number("half axis along its own y", "m", at_least=SMALLEST))
     yaw: float = field(0.0, Number("by which it is turned", "rad"))
 
     def distance(self, x: Floats, y: Floats) -> Distance:
@@ -219,7 +220,8 @@ def refuse_unless_convex(points: tuple[float, ...]) -> None:
     turns = edges[:, 0] * onward[:, 1] - edges[:, 1] * onward[:, 0]
     whole = np.abs(np.sum(np.arctan2(turns, np.sum(edges * onward, axis=1))))
     one_way = bool(np.all(turns > 0.0) or np.all(turns < 0.0))
-    if len(corners) < 3 or not one_way or whole > 7.0:  # 2 pi when it goes round once
+    short = bool(np.any(np.hypot(edges[:, 0], edges[:, 1]) < SMALLEST))
+    if len(corners) < 3 or short or not one_way or whole > 7.0:  # 2 pi when it goes round once
         raise ParameterError(
             "points", list(points), "must be the corners of a convex polygon, at least 3, in order"
         )

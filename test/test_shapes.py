@@ -99,6 +99,20 @@ def test_a_polygon_must_be_convex(points):
         Polygon(points)
 
 
+@pytest.mark.parametrize(
+    ("shape", "sizes"),
+    [
+        (Circle, {"radius": 1e-320}),
+        (Box, {"width": 1e-17, "height": 1.0}),
+        (Ellipse, {"semi_x": 1.0, "semi_y": 1e-200}),
+        (Polygon, {"points": (0, 0, 1e-160, -1e-160, 0, 1e-160)}),
+    ],
+)
+def test_a_shape_so_thin_that_its_sides_vanish_in_rounding_is_refused(shape, sizes):
+    with pytest.raises(ParameterError):
+        shape(**sizes)
+
+
 ROOM = {
     "goal": [0.3, 0.2], "initial_pose": [-2.5, 2.3, 0.5], "navigation_function.k": 12,
     "attractive_repulsive.influence_distance": 0.3,
