@@ -21,7 +21,7 @@ from tbot_gradnav.options import Configuration
 
 FILES = int(os.environ.get("GRADNAV_MUTATIONS", "500"))
 AT_REST = Reading(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-PATIENCE = 10  # [s] for one file; all shipped ones take milliseconds
+PATIENCE = 10  # [s] for one file
 AWKWARD = [
     *(
         "nan",
