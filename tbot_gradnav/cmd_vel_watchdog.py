@@ -8,10 +8,20 @@ from typing import Any
 from geometry_msgs.msg import Twist as TwistMessage
 from geometry_msgs.msg import TwistStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.duration import Duration
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 
 from tbot_gradnav import ros
-from tbot_gradnav.command_publisher import TOPIC, TYPES, WATCHDOG, CommandPublisher
+from tbot_gradnav.command_publisher import (
+    ACKNOWLEDGED,
+    LOOK_PERIOD,
+    TOPIC,
+    TYPES,
+    WATCHDOG,
+    listened_for,
+    message_of,
+)
 from tbot_gradnav.options import WatchdogOptions
 from tbot_gradnav.parameters import parameters_of
 from tbot_gradnav.unicycle import STOP
@@ -38,8 +48,12 @@ class CmdVelWatchdog(Node):
         self._heard = self._steady.now()
         self._driving = False  # whether the last command was to move
         self._said = False
-        self._subscription: Any = None
-        self._commands = CommandPublisher(self, configuration.navigator.cmd_vel_type, self._listen)
+        self._kind: str | None = None  # None: not on the topic
+        kind = configuration.navigator.cmd_vel_type
+        if kind == "auto":
+            self.create_timer(LOOK_PERIOD, self._look, clock=self._steady)
+        else:
+            self._join(kind)
         self.create_timer(CHECK_PERIOD, self._check, clock=self._steady)
         self.get_logger().info(
             f"{self.resolve_topic_name(TOPIC)} is watched: zero velocity after {self._timeout:g} s "
@@ -48,15 +62,34 @@ class CmdVelWatchdog(Node):
 
     def close(self) -> None:
         """Stop the robot: nobody watches any more."""
-        self._commands.publish(STOP)
-        self._commands.flush()
-        self.get_logger().info("stopped: zero velocity published")
+        if self._kind is not None:
+            self._stop()
+            self._publisher.wait_for_all_acked(Duration(seconds=ACKNOWLEDGED))
+            self.get_logger().info("stopped: zero velocity published")
 
-    def _listen(self, kind: str) -> None:
-        """Listen for commands of one type; a node cannot have a topic with two types."""
-        if self._subscription is not None:
+    def _look(self) -> None:
+        """Follow the robot to the type it listens for.
+
+        A node cannot have a topic with two types, and what it destroys is gone a moment later:
+        it leaves the topic at one look and joins again at the next.
+        """
+        wanted = listened_for(self) & TYPES.keys()
+        if self._kind is None and wanted:
+            self._join(next(kind for kind in TYPES if kind in wanted))
+        elif self._kind is not None and wanted and self._kind not in wanted:
+            self.destroy_publisher(self._publisher)
             self.destroy_subscription(self._subscription)
+            self._kind = None
+
+    def _join(self, kind: str) -> None:
+        self._kind = kind
+        silent = PublisherEventCallbacks(use_default_callbacks=False)  # see CommandPublisher
+        self._publisher = self.create_publisher(TYPES[kind], TOPIC, 10, event_callbacks=silent)
         self._subscription = self.create_subscription(TYPES[kind], TOPIC, self._on_command, 10)
+
+    def _stop(self) -> None:
+        if self._kind is not None:
+            self._publisher.publish(message_of(self._kind, STOP, self))
 
     def _on_command(self, message: TwistMessage | TwistStamped) -> None:
         twist = message.twist if isinstance(message, TwistStamped) else message
@@ -68,7 +101,7 @@ class CmdVelWatchdog(Node):
         """Stop the robot for as long as our own zero velocity has not been heard either."""
         silent = (self._steady.now() - self._heard).nanoseconds * 1e-9
         if self._driving and silent > self._timeout:
-            self._commands.publish(STOP)
+            self._stop()
             if not self._said:
                 self.get_logger().error(f"stopped: no command for {self._timeout:g} s")
             self._said = True

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """cmd_vel in the type that the robot listens to."""
 
-from collections.abc import Callable
 from typing import Any
 
 from geometry_msgs.msg import Twist as TwistMessage
@@ -31,16 +30,12 @@ class CommandPublisher:
 
     With `auto` the type follows the subscribers: a mismatch is silent in ROS 2, and the robot
     just does not move. TurtleBot3's driver takes either, as its parameter enable_stamped_cmd_vel
-    says; the Gazebo bridge takes TwistStamped. `on_kind` is called with each type before it is
-    published.
+    says; the Gazebo bridge takes TwistStamped.
     """
 
-    def __init__(
-        self, node: Node, kind: str, on_kind: Callable[[str], None] = lambda kind: None
-    ) -> None:
+    def __init__(self, node: Node, kind: str) -> None:
         self._node = node
         self._auto = kind == "auto"
-        self._on_kind = on_kind
         self._looks_unheard = 0
         self._publish_as("twist" if self._auto else kind)
         node.create_timer(LOOK_PERIOD, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -52,14 +47,7 @@ class CommandPublisher:
 
     def publish(self, twist: Twist) -> None:
         """Publish a command."""
-        message = TYPES[self._kind]()
-        command = message.twist if self._kind == "twist_stamped" else message
-        # float(): rosidl would publish any other number type as garbage
-        command.linear.x, command.angular.z = float(twist.v), float(twist.omega)
-        if self._kind == "twist_stamped":
-            message.header.stamp = self._node.get_clock().now().to_msg()
-            message.header.frame_id = "base_link"
-        self._publisher.publish(message)
+        self._publisher.publish(message_of(self._kind, twist, self._node))
 
     def flush(self) -> None:
         """Wait a moment for the last command to be received."""
@@ -67,7 +55,6 @@ class CommandPublisher:
 
     def _publish_as(self, kind: str) -> None:
         self._kind = kind
-        self._on_kind(kind)
         # An executor holds on to whatever has callbacks for events, and Fast DDS does not let a
         # publisher of the other type begin before the last has gone.
         silent = PublisherEventCallbacks(use_default_callbacks=False)
@@ -78,11 +65,7 @@ class CommandPublisher:
     def _look(self) -> None:
         """See who listens; follow them, or say what is wrong."""
         topic = self._publisher.topic_name
-        wanted = {
-            NAMES.get(info.topic_type, info.topic_type)
-            for info in self._node.get_subscriptions_info_by_topic(topic)
-            if info.node_name != WATCHDOG
-        }
+        wanted = listened_for(self._node)
         if self._auto and self._kind not in wanted and wanted & TYPES.keys():
             self._node.destroy_publisher(self._publisher)
             self._publish_as(next(kind for kind in TYPES if kind in wanted))
@@ -95,3 +78,23 @@ class CommandPublisher:
                 else f"commands go out on {topic} as {self._kind}, but somebody listens for {deaf} "
                 "and hears nothing: see cmd_vel_type"
             )
+
+
+def message_of(kind: str, twist: Twist, node: Node) -> Any:
+    """Return a command as a message of one of TYPES, stamped by the node's clock if it has one."""
+    message = TYPES[kind]()
+    command = message.twist if kind == "twist_stamped" else message
+    # float(): rosidl would publish any other number type as garbage
+    command.linear.x, command.angular.z = float(twist.v), float(twist.omega)
+    if kind == "twist_stamped":
+        message.header.stamp = node.get_clock().now().to_msg()
+        message.header.frame_id = "base_link"
+    return message
+
+
+def listened_for(node: Node) -> set[str]:
+    """Return the types that robots listen for on cmd_vel, by our names where we have one."""
+    infos = node.get_subscriptions_info_by_topic(node.resolve_topic_name(TOPIC))
+    return {
+        NAMES.get(info.topic_type, info.topic_type) for info in infos if info.node_name != WATCHDOG
+    }

@@ -64,7 +64,7 @@ def huge_number(text, rng):
 
 
 def nested(text, rng):
-    depth = rng.choice([10, 100, 1000, 20000])
+    depth = rng.choice([10, 100, 1000, 3000])
     return text + "\n    deep: " + rng.choice("[{") * depth
 
 

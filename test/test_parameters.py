@@ -163,8 +163,11 @@ REFUSED = {
         {"potential": "navigation_function"},
         ["boundary.radius", "0.0", "navigation_function"],
     ),
-    "radius zero": ({**ONE, "obstacles.a.radius": 0.0}, ["obstacles.a.radius", "0.0", "above 0"]),
-    "radius negative": ({**ONE, "obstacles.a.radius": -1}, ["obstacles.a.radius", "-1", "above 0"]),
+    "radius zero": ({**ONE, "obstacles.a.radius": 0.0}, ["obstacles.a.radius", "0.0", "at least"]),
+    "radius negative": (
+        {**ONE, "obstacles.a.radius": -1},
+        ["obstacles.a.radius", "-1", "at least"],
+    ),
     "centre NaN": ({**ONE, "obstacles.a.x": math.nan}, ["obstacles.a.x", "nan", "finite"]),
     "overlap": (TWO, ["obstacles.b", "1.5", "overlaps obstacles.a", "0.1 m"]),
     "obstacle outside": (
