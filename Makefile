@@ -4,7 +4,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-long lint bench clean
+.PHONY: demo test test-long soak lint bench clean
 
 demo: .venv/ready
 	$(BIN)/gradnav demo --out out/demo
@@ -15,6 +15,12 @@ test: .venv/ready
 test-long: .venv/ready
 	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 GRADNAV_POSE_SEEDS=10 $(BIN)/pytest --timeout 3000 \
 		test/test_check.py test/test_shapes.py test/test_pose_goal.py
+	GRADNAV_MESSAGES=1000000 GRADNAV_MUTATIONS=5000 GRADNAV_STARTS=100 \
+		$(BIN)/pytest --timeout 3000 \
+		test/test_faults_messages.py test/test_faults_files.py test/test_mismatch.py
+
+soak: .venv/ready  # eight hours of the robot's time in twenty-four minutes
+	GRADNAV_SOAK_HOURS=8 $(BIN)/pytest --timeout 3600 test/test_soak.py
 
 lint: .venv/ready
 	$(BIN)/ruff check .
