@@ -16,6 +16,7 @@ from tbot_gradnav.unicycle import STOP, Twist
 PERIOD = 1.0  # [s]
 LATE = 0.02  # [s] from odometry to command; a TurtleBot3's odometry comes every 0.05 s
 LEVELS = {  # where it is not OK
+    State.WAITING: DiagnosticStatus.WARN,
     State.STUCK: DiagnosticStatus.ERROR,
     State.NO_ODOMETRY: DiagnosticStatus.STALE,
 }

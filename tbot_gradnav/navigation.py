@@ -26,6 +26,7 @@ class State(Enum):
     IDLE = "idle"  # it has no goal
     DRIVING = "driving"
     TURNING = "turning"  # on the spot, at the goal, to its yaw
+    WAITING = "waiting"  # for the lidar or the map that its potential needs
     ARRIVED = "arrived"
     STUCK = "stuck"
     PAUSED = "paused"
@@ -55,6 +56,7 @@ class Navigation:
         self.pose: Pose | None = None  # in the world, by the last odometry
         self._lost = True  # whether there is no odometry
         self._paused = False
+        self._waiting = False
         self._legs = [Controller.of(leg) for leg in settings.legs]
         self._controller = self._legs[0]
         self._sightings = Sightings()
@@ -71,6 +73,8 @@ class Navigation:
             return State.NO_ODOMETRY
         if self._paused:
             return State.PAUSED
+        if self._waiting:
+            return State.WAITING
         return State.TURNING if self._turning else self._state
 
     @property
@@ -119,6 +123,7 @@ class Navigation:
         """Set out for the goal anew: choose the gear again, and forget how the last drive ended."""
         self._state = State.DRIVING if self.settings.has_goal else State.IDLE
         self._paused = self._paused and self.settings.has_goal
+        self._waiting = False
         self._turning = False
         self._gear: Floats | None = None  # chosen at the first message of a drive
         self._head_for(0)
@@ -138,16 +143,17 @@ class Navigation:
             return Outcome(pose, None, notices)
         if self._paused:
             return Outcome(pose, STOP, notices)
+        self._waiting = False
         if self._blind(reading.stamp):
-            self._progress = _Progress()
+            self._wait()
             notices.append(Notice("blind", f"stopped: no lidar scan for {BLIND:g} s"))
-            return Outcome(pose, STOP, notices)
-        if not self._controller.potential.ready:
-            self._progress = _Progress()
             return Outcome(pose, STOP, notices)
         if self._state is State.DRIVING:
             notices += self._judged(reading.stamp, pose)
         if self._state is not State.DRIVING:
+            return Outcome(pose, STOP, notices)
+        if not self._controller.potential.ready:  # asked after a waypoint may have been passed
+            self._wait()
             return Outcome(pose, STOP, notices)
         if self._gear is None:
             self._gear = self._controller.gear(pose)
@@ -155,6 +161,9 @@ class Navigation:
         if not (math.isfinite(v) and math.isfinite(omega)):
             raise ArithmeticError(f"the command ({v}, {omega}) at {pose} is not finite")
         return Outcome(pose, Twist(v, omega), notices)
+
+    def _wait(self) -> None:
+        self._waiting, self._progress = self._state is State.DRIVING, _Progress()
 
     def _look(self, now: float) -> None:
         """Place the last sweep by the odometry at its stamp."""

@@ -98,7 +98,7 @@ def test_a_robot_without_its_lidar_stands_and_says_so():
         _, twist, notices = navigation.update(Reading(0.05 * i, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
         assert twist == (0.0, 0.0)
         assert "blind" in {notice.kind for notice in notices}
-    assert navigation.state is State.DRIVING  # not stuck: it waits
+    assert navigation.state is State.WAITING  # not stuck
     assert BLIND <= 1.0
 
 

@@ -180,3 +180,12 @@ def test_status_and_diagnostics_tell_what_is_true(graph, parameter_file):
     (found,) = diagnostics[-1].status
     assert found.level == DiagnosticStatus.STALE
     assert float({p.key: p.value for p in found.values}["odometry age [s]"]) > 0.4
+
+
+def test_a_robot_without_its_lidar_is_said_to_wait(graph, parameter_file):
+    Robot(graph, 0.0, 0.0, 0.5)
+    remote = Remote(graph)
+    navigator(graph, parameter_file(FAR_GOAL + "\npotential: scan"))
+    remote.until("waiting")
+    assert remote.set_one("potential", "quadratic") == ""
+    remote.until("driving")
