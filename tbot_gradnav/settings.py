@@ -71,7 +71,7 @@ class Settings(Checked):
     waypoints: tuple[float, ...] = field(
         (),
         Numbers(
-            "x, y of the points passed on the way to the goal, in this order",
+            "x, y of the points that the navigator passes on the way to the goal, in this order",
             "m",
             rows=2,
             at_most=MOST_WAYPOINTS,

@@ -72,6 +72,12 @@ def test_starts_are_those_given(tmp_path):
     assert found == [pytest.approx([1.0, -1.0, 0.5]), pytest.approx([-1.0, -0.1, 3.0])]
 
 
+def test_simulate_says_that_it_passes_no_waypoints(parameter_file):
+    result = gradnav("simulate", parameter_file("goal: [1, 0]\nwaypoints: [0.5, 0.5]"))
+    assert result.returncode == 0
+    assert "only the navigator passes them" in result.stderr
+
+
 def test_answers_no_where_a_robot_collides(parameter_file):
     box = "obstacles: {names: [box], box: {x: 1, y: 0, radius: 0.2}}"
     file = parameter_file(f"law: position\ngoal: [2, 0]\n{box}")

@@ -2,6 +2,7 @@
 """gradnav simulate: one robot or thousands in closed loop, without ROS."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,8 @@ def run(options: argparse.Namespace) -> int:
     settings = read_settings(options)
     controller = Controller.of(settings)
     start = _starts(options, settings)
+    if settings.waypoints:
+        print("waypoints: only the navigator passes them; these go to the goal", file=sys.stderr)
     runs = simulate(controller, start)
     print(summary(runs))
     if options.json:
