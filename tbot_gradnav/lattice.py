@@ -3,10 +3,12 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tbot_gradnav.elementwise import choose, larger, smaller
 from tbot_gradnav.unicycle import Floats
 
 Array = NDArray[np.float64]
@@ -51,20 +53,19 @@ class Lattice:
         Outside the lattice the value at its nearest point goes on with slope `beyond` [1/m].
         """
         u, w = self.place(x, y)
-        in_u = np.minimum(np.maximum(u, 0.0), self.columns - 1.0)
-        in_w = np.minimum(np.maximum(w, 0.0), self.rows - 1.0)
-        i = np.minimum(in_u.astype(np.intp), self.columns - 2)
-        j = np.minimum(in_w.astype(np.intp), self.rows - 2)
+        in_u = smaller(larger(u, 0.0), self.columns - 1.0)
+        in_w = smaller(larger(w, 0.0), self.rows - 1.0)
+        i, j = _whole(smaller(in_u, self.columns - 1.5)), _whole(smaller(in_w, self.rows - 1.5))
         s, t, k = in_u - i, in_w - j, j * self.columns + i
         flat, n = values.reshape(-1), self.columns
         a, b, c, d = flat[k], flat[k + 1], flat[k + n], flat[k + n + 1]
         left, right = a + t * (c - a), b + t * (d - b)
         g_u, g_w = right - left, (c - a) + s * (a - b - c + d)
         out_u, out_w = u - in_u, w - in_w
-        out = np.sqrt(out_u * out_u + out_w * out_w)
-        steep = beyond * self.spacing / np.maximum(out, 1e-150)
-        g_u = np.where(out_u != 0.0, 0.0, g_u) + steep * out_u
-        g_w = np.where(out_w != 0.0, 0.0, g_w) + steep * out_w
+        out = (out_u * out_u + out_w * out_w) ** 0.5
+        steep = beyond * self.spacing / larger(out, 1e-150)
+        g_u = choose(out_u != 0.0, 0.0, g_u) + steep * out_u
+        g_w = choose(out_w != 0.0, 0.0, g_w) + steep * out_w
         cos, sin = self._turn
         return (
             left + s * (right - left) + beyond * self.spacing * out,
@@ -75,3 +76,8 @@ class Lattice:
     @cached_property
     def _turn(self) -> tuple[float, float]:
         return float(np.cos(self.yaw)), float(np.sin(self.yaw))
+
+
+def _whole(a: Floats) -> Any:
+    """Return the whole part of a, to index with."""
+    return a.astype(np.intp) if isinstance(a, np.ndarray) else int(a)

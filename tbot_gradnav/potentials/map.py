@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from tbot_gradnav.elementwise import choose, larger
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.fast_marching import Task, falls, speed
 from tbot_gradnav.free_space import NOWHERE, FreeSpace, free_space
@@ -71,16 +72,16 @@ class Map(Potential):
 
     def __call__(self, x: Floats, y: Floats) -> Field:
         """Return phi and its gradient at (x, y). Raises GradnavError without a map."""
-        phi, steepest = self._marching.phi, self._marching.phi[0, 0] / self._space.lattice.spacing
-        value, g_x, g_y = self._space.lattice.sampled(phi, x, y, beyond=steepest)
+        marching, lattice = self._marching, self._space.lattice
+        steepest = marching.phi[0, 0] / lattice.spacing
+        value, g_x, g_y = lattice.sampled(marching.phi, x, y, beyond=steepest)
         dx, dy = x - self.world.goal[0], y - self.world.goal[1]
-        rho = np.sqrt(dx * dx + dy * dy)
-        slowness = 1.0 / speed(self._marching.task.goal_clearance, self.clearance)
-        near, slope = rho <= self._marching.task.radius, slowness / np.maximum(rho, 1e-150)
+        rho = (dx * dx + dy * dy) ** 0.5
+        near, slope = rho <= marching.task.radius, self._slowness / larger(rho, 1e-150)
         return Field(
-            np.where(near, slowness * rho, value),
-            np.where(near, slope * dx, g_x),
-            np.where(near, slope * dy, g_y),
+            choose(near, self._slowness * rho, value),
+            choose(near, slope * dx, g_x),
+            choose(near, slope * dy, g_y),
         )
 
     @property
@@ -100,6 +101,10 @@ class Map(Potential):
     def known(self) -> World:
         """The world as far as the potential knows it beforehand."""
         return self.world
+
+    @cached_property
+    def _slowness(self) -> float:
+        return 1.0 / float(speed(self._marching.task.goal_clearance, self.clearance))
 
     @cached_property
     def _space(self) -> FreeSpace:
