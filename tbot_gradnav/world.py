@@ -270,7 +270,9 @@ def column(values: NDArray[np.float64], like: Floats) -> NDArray[np.float64]:
     return values if isinstance(like, float) else values.reshape((-1,) + (1,) * np.ndim(like))
 
 
-def over_rows(a: Array, b: Array) -> Array:
+def over_rows(a: Array, b: Array) -> Floats:
     """Return the sum of a b over the rows of a world, which are the first axis of both."""
+    if a.ndim == 1:
+        return float(a @ b)
     total: Array = np.einsum("i...,i...->...", a, b)
     return total
