@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The potential map: where it leads, how far round, and that it never leads astray."""
 
+import json
 import math
 
 import numpy as np
@@ -11,9 +12,11 @@ pytest.importorskip("skfmm", reason="needs scikit-fmm: pip install tbot_gradnav[
 import plans
 import yardstick
 from arenas import FREE
+from conftest import CONFIG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tbot_gradnav.cli import main
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.settings import Settings
@@ -239,3 +242,41 @@ def test_a_map_without_a_free_cell_and_a_missing_map_are_refused_in_one_line():
     assert not unmapped.chosen_potential.ready
     with pytest.raises(GradnavError, match="no map"):
         unmapped.chosen_potential(0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("map: {file: none.yaml}", "map.file: none.yaml: No such file or directory"),
+        ("", "map.file is missing; a map by a topic is for the navigator"),
+        (f"map: {{file: {CONFIG}/maps/office.yaml, clearance: 0}}", "map.clearance: 0"),
+        (f"map: {{file: {CONFIG}/maps/office.yaml}}\ninitial_pose: [4.0, 4.2, 0]", "no way to it"),
+    ],
+)
+def test_commands_say_in_one_line_what_is_wrong_with_a_map(parameter_file, capsys, text, words):
+    lines = "potential: map\ngoal: [10.0, 6.0]\nrobot_radius: 0.4\n"
+    file = parameter_file(lines + text)
+    assert main(["simulate", str(file)]) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert said.count("\n") == 1
+
+
+def test_check_says_how_much_of_a_map_has_a_way_to_the_goal(parameter_file, capsys, tmp_path):
+    walls = ~closed_room().free
+    (tmp_path / "rooms.pgm").write_bytes(
+        b"P5 120 60 255\n" + np.where(walls, 0, 254).astype(np.uint8).tobytes()
+    )
+    (tmp_path / "rooms.yaml").write_text("image: rooms.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    text = "potential: map\nmap: {file: rooms.yaml}\ngoal: [2.0, 1.0]\ninitial_pose: [1, 1, 0]"
+    out = tmp_path / "check.json"
+    picture = tmp_path / "check.png"
+    assert (
+        main(["check", str(parameter_file(text)), "--json", str(out), "--plot", str(picture)]) == 0
+    )
+    said = capsys.readouterr().out
+    assert "sound" in said
+    # 56 rows of 56 and of 53 columns are 0.11 m from the walls of either room
+    assert "3136 of 6104 free nodes of the map's lattice have a way to the goal" in said
+    assert json.loads(out.read_text())["spurious_minima"] == []
+    assert picture.exists()
