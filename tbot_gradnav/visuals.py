@@ -22,6 +22,7 @@ from tbot_gradnav.transforms import WorldTransform
 from tbot_gradnav.unicycle import quaternion
 
 PERIOD = 0.2  # [s]
+IDLE_PERIOD = 0.5  # [s] while nobody listens
 PATH_PERIOD = 5  # ticks between two publications of the driven path
 STRIDE = 0.05  # [m] between two poses of it
 LONGEST = 1000  # poses of it; the oldest are dropped
@@ -51,7 +52,9 @@ class Visuals:
         self._rastered: Potential | None = None  # published or being computed
         self._raster: Raster | None = None  # computed, to be published
         self._thread: threading.Thread | None = None  # that computes
-        node.create_timer(PERIOD, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(
+            IDLE_PERIOD, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
 
     def _tick(self) -> None:
         self._ticks += 1
@@ -60,6 +63,10 @@ class Visuals:
         self._show_path()
         self._show_markers()
         self._show_potential()
+        listened = self._listeners or self._driven.get_subscription_count()
+        period = round(1e9 * (PERIOD if listened else IDLE_PERIOD))
+        if self._timer.timer_period_ns != period:
+            self._timer.timer_period_ns = period
 
     def _show_markers(self) -> None:
         before, self._listeners = self._listeners, self._markers.get_subscription_count()
