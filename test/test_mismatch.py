@@ -26,6 +26,7 @@ WRONG = {
     "drift": {"odometry_drift": 0.02},
     "slip": {"wheel_slip": 0.1},
 }
+SLOW_TURNS = {"k_omega": 1.0}  # for a robot that obeys late; else it turns to and fro
 WRONG["all but slip"] = {k: v for name in list(WRONG)[:-1] for k, v in WRONG[name].items()}
 
 
@@ -71,14 +72,15 @@ def drive(settings, start, options):
 
 @pytest.mark.parametrize("potential", ["attractive_repulsive", "navigation_function"])
 @pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG.keys())
-def test_no_robot_touches_anything_in_the_arenas(potential, wrong):
+def test_every_robot_arrives_in_the_arenas_and_touches_nothing(potential, wrong):
     file = str(CONFIG / f"nine_{potential}.yaml")
+    gains = SLOW_TURNS if "command_latency" in wrong else {}
     world = shipped.configuration(file).settings.world
     starts = random_starts(world, STARTS, seed=7)
     for seed in range(STARTS):
         start = Pose(*(part[seed] for part in starts))
         place = [float(start.x), float(start.y), float(start.theta)]
-        settings = shipped.configuration(file, {"initial_pose": place}).settings
+        settings = shipped.configuration(file, gains | {"initial_pose": place}).settings
         state, path = drive(settings, start, FakeRobotOptions(**wrong, seed=seed))
         assert world.clearance(*path).min() > 0.0, place
-        assert state in (State.ARRIVED, State.STUCK)
+        assert state is State.ARRIVED, place
