@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav.lattice import Lattice
-from tbot_gradnav.potentials.field import Points
 from tbot_gradnav.shapes import Shape
 from tbot_gradnav.unicycle import Floats
 from tbot_gradnav.walls import Walls
@@ -108,12 +107,12 @@ def _free_space(
     return FreeSpace(walls.lattice, clearance)
 
 
-def blocked(space: FreeSpace, points: Points, robot_radius: float, ample: float) -> FreeSpace:
-    """Return a free space with points in it besides, as far as a clearance of `ample` [m]."""
+def blocked(space: FreeSpace, x: Array, y: Array, robot_radius: float, ample: float) -> FreeSpace:
+    """Return a free space with points (x, y) [m] in it, as far as a clearance of `ample` [m]."""
     lattice, clearance = space.lattice, space.clearance.copy()
     reach = int(np.ceil((ample + robot_radius) / lattice.spacing)) + 1
     aside = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
-    u, w = (np.asarray(part)[:, None] for part in lattice.place(points.x, points.y))
+    u, w = (np.asarray(part)[:, None] for part in lattice.place(x, y))
     i, j = np.rint(u).astype(np.intp) + aside[0], np.rint(w).astype(np.intp) + aside[1]
     inside = (i >= 0) & (i < lattice.columns) & (j >= 0) & (j < lattice.rows)
     away = lattice.spacing * np.hypot(u - i, w - j) - robot_radius

@@ -102,7 +102,7 @@ class MapScan(Map, Scan):
 def _task_among(space: FreeSpace, known: World, seen: Points, ample: float) -> Task:
     """Return what is asked for in a free space with surprises in it."""
     goal_clearance = float(known.clearance(*known.goal))
-    among = blocked(space, seen, known.robot_radius + SHY, ample)
+    among = blocked(space, *seen, known.robot_radius + SHY, ample)
     if among.part_at(*known.goal) == NOWHERE:  # something stands on the goal: go and see
         among = space
     return task_in(among, known.goal, goal_clearance, ample)
