@@ -16,6 +16,7 @@ from conftest import CONFIG
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tbot_gradnav import marching_process
 from tbot_gradnav.cli import main
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError
@@ -280,3 +281,18 @@ def test_check_says_how_much_of_a_map_has_a_way_to_the_goal(parameter_file, caps
     assert "3136 of 6104 free nodes of the map's lattice have a way to the goal" in said
     assert json.loads(out.read_text())["spurious_minima"] == []
     assert picture.exists()
+
+
+def test_a_field_made_in_the_background_is_the_same_even_if_its_process_dies():
+    drive = plans.PLANS["trap"]()
+    for i in range(3):
+        goal = (5.0 + 0.1 * i, 2.0)
+        there = plans.settings(plans.trap(), goal, (2.0, 2.0)).chosen_potential
+        here = plans.settings(plans.trap(), goal, (2.0, 2.0)).chosen_potential
+        there.prepare()
+        waited = there(3.0, 1.0)  # a call waits
+        assert there.ready
+        assert waited == here(3.0, 1.0)
+        marching_process._worker._process.kill()
+        marching_process._worker._process.wait()
+    assert drive.chosen_potential.ready
