@@ -47,7 +47,8 @@ OURS: Mapping[str, Mapping[str, object]] = {
     "map": {"potential": "map", "map.clearance": 0.1, "k_omega": 6.0},
 }
 PAPER = "paper's eq. (22)"
-THEIRS = ("IR-SIM rvo", "dynamic window", PAPER)
+RVO: Mapping[str, float] = {"IR-SIM rvo": 1.0, "IR-SIM rvo, robot 20 % larger": 1.2}
+THEIRS = (*RVO, "dynamic window", PAPER)
 NAMES = (*OURS, *THEIRS)
 
 
@@ -83,10 +84,10 @@ def controller(name: str, values: Mapping[str, object]) -> tuple[Controller, boo
         from bench.dynamic_window import DynamicWindow
 
         return DynamicWindow(settings, as_ours.potential, as_ours.law), False
-    if name == "IR-SIM rvo":
+    if name in RVO:
         from bench.reciprocal import Reciprocal
 
-        return Reciprocal(settings, as_ours.potential, as_ours.law), False
+        return Reciprocal(settings, as_ours.potential, as_ours.law, RVO[name]), False
     return as_ours, False
 
 
@@ -104,7 +105,7 @@ def drive(job: tuple[str, int]) -> Drives:
     control, sound = controller(name, values)
     start = worlds.starts(seed, values)
     shortest = shortest_paths(control.settings.world, start.x, start.y)
-    apart = list(_each(start)) if name == "IR-SIM rvo" else [start]  # rvo knows its velocity
+    apart = list(_each(start)) if name in RVO else [start]  # rvo knows its velocity
     runs = [simulate(control, some, time_limit=TIME_LIMIT, record=True) for some in apart]
     return measured(runs, shortest, control.settings.limits.v, sound)
 
