@@ -17,7 +17,7 @@ from geometry_msgs.msg import Twist as TwistMessage
 from tbot_gradnav import shipped
 from tbot_gradnav.simulate import random_starts
 
-HOURS = float(os.environ.get("GRADNAV_SOAK_HOURS", "0.1"))  # of the robot's time
+HOURS = float(os.environ.get("GRADNAV_SOAK_HOURS", "0.05"))  # of the robot's time
 FACTOR = float(os.environ.get("GRADNAV_SOAK_FACTOR", "20"))  # of fast motion
 RATE = 10.0  # [Hz] of odometry
 # A delay by the machine is as many times longer in fast motion: the robot stops, keeps away further
