@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """The node that drives: odometry in, velocity out."""
 
-import math
 import sys
 import time
 from collections.abc import Sequence
@@ -23,11 +22,12 @@ from tbot_gradnav.company import Company
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.goals import Goals
 from tbot_gradnav.health import Health
+from tbot_gradnav.journal import Journal
 from tbot_gradnav.lidar import BadScanError, Sweep
 from tbot_gradnav.map_topic import MapTopic
 from tbot_gradnav.navigation import Navigation
 from tbot_gradnav.occupancy import Occupancy
-from tbot_gradnav.odometry import BadOdometryError, Notice, Reading
+from tbot_gradnav.odometry import BadOdometryError, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.supervision import Supervision
 from tbot_gradnav.transforms import WorldTransform
@@ -38,7 +38,6 @@ from tbot_gradnav.visuals import Visuals
 FIXED = ("initial_pose", "cmd_vel_type", "world_frame", "publish_tf")
 CHECK_PERIOD = 0.06  # [s] between looks at the age of the odometry, begun anew by each message
 RECOVERY = 1.0  # [s] of good odometry before an interruption is over
-QUIET = 10.0  # [s] without something before it is said again
 PATIENCE = 3.0  # [s] for the first odometry; discovery may take 2.5 s
 
 
@@ -72,7 +71,7 @@ class Navigator(Node):
         self._heard = self._seconds()  # when the last odometry came, good or bad, or the start
         self._sound_since: float | None = None  # since when odometry has been good
         self._interrupted = False
-        self._last_said: dict[str, float] = {}
+        self._journal = Journal(self)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
         self._odometry = self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
@@ -99,7 +98,9 @@ class Navigator(Node):
     def _on_odometry(self, message: OdometryMessage) -> None:
         reading = Reading.of(message)
         if self._navigation.odometry.repeats(reading):
-            self._say("repeats", "odometry repeats its last message: does the driver hang?")
+            self._journal.warn(
+                "repeats", "odometry repeats its last message: does the driver hang?"
+            )
             return
         self._heard, began = self._seconds(), time.perf_counter()
         self._check.reset()
@@ -107,7 +108,7 @@ class Navigator(Node):
             _, twist, notices = self._navigation.update(reading)
             if twist is not None:
                 self._commands.publish(twist)
-                self._health.note(twist, time.perf_counter() - began)
+            self._health.note(twist or STOP, time.perf_counter() - began)
         except BadOdometryError as error:
             self._stop("bad odometry", str(error))
             return
@@ -117,7 +118,7 @@ class Navigator(Node):
         self._resume()
         self._supervision.announce()
         for notice in notices:
-            self._tell(notice)
+            self._journal.tell(notice)
 
     def _listen(self) -> None:
         """Subscribe scan and map while the potential needs them."""
@@ -141,7 +142,7 @@ class Navigator(Node):
         try:
             self._navigation.see(Sweep.of(message))
         except BadScanError as error:
-            self._say("bad scan", str(error))
+            self._journal.warn("bad scan", str(error))
 
     def _on_map(self, occupancy: Occupancy) -> None:
         """Go on in another map, without the goal if there is no way to it."""
@@ -168,7 +169,7 @@ class Navigator(Node):
         silent = self._seconds() - self._heard
         if self._navigation.odometry.frame is None:
             if silent > PATIENCE:
-                self._say(
+                self._journal.warn(
                     "waiting", f"no odometry on {self._odometry.topic_name}: is the robot up?"
                 )
             return
@@ -183,25 +184,7 @@ class Navigator(Node):
         self._navigation.lose_odometry()
         self._supervision.announce()
         self._sound_since, self._interrupted = None, True
-        self._say(kind, f"stopped: {text}", error=True)
-
-    def _tell(self, notice: Notice) -> None:
-        if notice.kind in ("arrived", "waypoint"):
-            self.get_logger().info(notice.text)
-        elif notice.kind == "stuck":
-            self.get_logger().error(f"stopped: {notice.text}")
-        else:
-            self._say(notice.kind, notice.text)
-
-    def _say(self, kind: str, text: str, error: bool = False) -> None:
-        """Say something, but not again as long as it goes on."""
-        now = self._seconds()
-        if now - self._last_said.get(kind, -math.inf) > QUIET:
-            if error:  # two lines: rclpy binds a severity to the line that logs
-                self.get_logger().error(text)
-            else:
-                self.get_logger().warning(text)
-        self._last_said[kind] = now
+        self._journal.fail(kind, text)
 
     def _check_parameters(self, parameters: list[RosParameter]) -> SetParametersResult:
         try:

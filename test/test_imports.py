@@ -21,6 +21,7 @@ OUTSIDE = {
     "tbot_gradnav.fake_robot",
     "tbot_gradnav.goals",
     "tbot_gradnav.health",
+    "tbot_gradnav.journal",
     "tbot_gradnav.markers",
     "tbot_gradnav.map_topic",
     "tbot_gradnav.navigator",
