@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tbot_gradnav.fake_lidar import LIDARS, FakeLidar, cast
 from tbot_gradnav.lidar import BadScanError, Sweep
 from tbot_gradnav.shapes import Box, Circle, Ellipse
-from tbot_gradnav.sightings import CELL, MEMORY, MISSES, Sightings
+from tbot_gradnav.sightings import CELL, MEMORY, MISSES, TOO_NEAR, Sightings
 from tbot_gradnav.unicycle import Pose
 from tbot_gradnav.world import Boundary, World
 
@@ -166,6 +166,19 @@ def test_what_is_hidden_is_remembered_for_a_while():
         stamp = 0.2 * i
         sightings.update(lidar(around(near)).sweep(stamp, ORIGIN), ORIGIN)
         assert (sightings.points.x.max() >= seen) == (stamp <= MEMORY)
+
+
+def test_what_is_too_near_to_be_seen_is_remembered_for_less():
+    room, near = Boundary(radius=2.0), Circle(0.3, 0.0, 0.1)
+    beside = Pose(0.14, 0.0, 1.0, 0.0)  # 0.06 m from it: nearer than an LDS-02 measures
+    for world, until in ((around(near), TOO_NEAR), (around(boundary=room), 0.2 * (MISSES - 1))):
+        sightings = Sightings()
+        sightings.update(lidar(around(near), "lds_02").sweep(0.0, ORIGIN), ORIGIN)
+        for i in range(1, 80):
+            stamp = 0.2 * i
+            sightings.update(lidar(world, "lds_02").sweep(stamp, beside), beside)
+            x, y = sightings.points
+            assert np.any(np.hypot(x - 0.3, y) < 0.15) == (stamp <= until + 1e-9), stamp
 
 
 def test_a_lost_sweep_forgets_nothing():
