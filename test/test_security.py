@@ -89,5 +89,6 @@ def test_fake_robot_that_is_the_clock(graph):
 
 
 def test_watchdog(graph):
-    graph.start("cmd_vel_watchdog", *SIM_TIME)
+    """With a type given it does not wait for a robot to listen before it joins the topic."""
+    graph.start("cmd_vel_watchdog", *SIM_TIME, "-p", "cmd_vel_type:=twist")
     Uses(graph, "cmd_vel_watchdog").check()
