@@ -118,7 +118,7 @@ def test_every_parameter_is_described_with_unit_and_range(graph, parameter_file)
     found = dict(zip(names, remote.describe(names), strict=True))
     assert all(about.description and about.additional_constraints for about in found.values())
     assert "[1/s]" in found["k_v"].description
-    assert "above 0 [m]" in found["obstacles.a.radius"].additional_constraints
+    assert "at least 1e-06 [m]" in found["obstacles.a.radius"].additional_constraints
     assert found["rate"].floating_point_range[0].to_value == 1000.0
     assert found["seed"].integer_range[0].from_value == 0
     assert "position, radial" in found["law"].additional_constraints

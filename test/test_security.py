@@ -9,10 +9,13 @@ from conftest import CONFIG
 
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
+from geometry_msgs.msg import Twist
 from remote import Remote
 
 POLICY = ElementTree.parse(CONFIG / "sros2_policy.xml").getroot()  # noqa: S314 (our own file)
-SIM_TIME = ["--ros-args", "-p", "use_sim_time:=true"]
+HERE = "/secured"  # a namespace that no node killed by another test is still listed in
+IN_IT = ["--ros-args", "-r", f"__ns:={HERE}"]
+SIM_TIME = [*IN_IT, "-p", "use_sim_time:=true"]
 
 
 def allowed(node, kind, qualifier):
@@ -21,7 +24,11 @@ def allowed(node, kind, qualifier):
     blocks = profile.findall(f"{kind}s[@{qualifier}='ALLOW']")
     names = [item.text for block in blocks for item in block.findall(kind)]
     assert len(names) == len(set(names))
-    return {f"/{name}".replace("//", "/").replace("/~", f"/{node}") for name in names}
+    prefixes = {"/": "", "~": f"{HERE}/{node}"}
+    return {
+        prefixes[name[0]] + name.lstrip("~") if name[0] in prefixes else f"{HERE}/{name}"
+        for name in names
+    }
 
 
 class Uses:
@@ -30,7 +37,8 @@ class Uses:
     def __init__(self, graph, name):
         self._graph, self._name = graph, name
         self.names = [set(), set(), set(), set()]
-        graph.until(lambda: name in graph.node.get_node_names(), name)
+        listed = graph.node.get_node_names_and_namespaces
+        graph.until(lambda: (name, HERE) in listed(), name)
 
     def look(self):
         """Take note of what the node uses now."""
@@ -42,7 +50,7 @@ class Uses:
             node.get_client_names_and_types_by_node,
         )
         for names, query in zip(self.names, queries, strict=True):
-            names |= {name for name, _ in query(self._name, "/")}
+            names |= {name for name, _ in query(self._name, HERE)}
         return True
 
     def hears(self, topic):
@@ -70,12 +78,12 @@ class Uses:
 def test_navigator(graph):
     """Which topics it hears depends on its potential, so it is given each in turn."""
     graph.start("navigator", *SIM_TIME)
-    uses, remote = Uses(graph, "navigator"), Remote(graph)
-    topics = {"scan": "/scan"} | ({"map": "/map"} if find_spec("skfmm") else {})
-    for potential, topic in topics.items():
+    uses, remote = Uses(graph, "navigator"), Remote(graph, f"{HERE}/")
+    for potential in ["scan", "map"] if find_spec("skfmm") else ["scan"]:
         assert remote.set_one("potential", potential) == ""
+        topic = f"{HERE}/{potential}"
         graph.until(lambda topic=topic: uses.hears(topic), topic)
-    uses.check(subscribed=() if "map" in topics else ["/map"])
+    uses.check(subscribed=() if find_spec("skfmm") else [f"{HERE}/map"])
 
 
 def test_fake_robot_that_hears_the_clock(graph):
@@ -84,11 +92,13 @@ def test_fake_robot_that_hears_the_clock(graph):
 
 
 def test_fake_robot_that_is_the_clock(graph):
-    graph.start("fake_robot", "--ros-args", "-p", "real_time_factor:=2.0")
+    graph.start("fake_robot", *IN_IT, "-p", "real_time_factor:=2.0")
     Uses(graph, "fake_robot").check(subscribed=["/clock"])
 
 
 def test_watchdog(graph):
+    """It joins cmd_vel once a robot is there."""
+    graph.listen(Twist, f"{HERE}/cmd_vel")
     """With a type given it does not wait for a robot to listen before it joins the topic."""
     graph.start("cmd_vel_watchdog", *SIM_TIME, "-p", "cmd_vel_type:=twist")
     Uses(graph, "cmd_vel_watchdog").check()
