@@ -13,8 +13,9 @@ test: .venv/ready
 	$(BIN)/pytest --numprocesses 2 --dist loadfile
 
 test-long: .venv/ready
-	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 GRADNAV_POSE_SEEDS=10 $(BIN)/pytest --timeout 3000 \
-		test/test_check.py test/test_shapes.py test/test_pose_goal.py
+	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 GRADNAV_POSE_SEEDS=10 GRADNAV_SCANS=200 \
+		GRADNAV_CROSSINGS=100 $(BIN)/pytest --timeout 3000 \
+		test/test_check.py test/test_shapes.py test/test_pose_goal.py test/test_scan.py
 	GRADNAV_MESSAGES=1000000 GRADNAV_MUTATIONS=5000 GRADNAV_STARTS=100 \
 		$(BIN)/pytest --timeout 3000 \
 		test/test_faults_messages.py test/test_faults_files.py test/test_mismatch.py
