@@ -24,7 +24,7 @@ from tbot_gradnav.shortest_path import shortest_paths
 from tbot_gradnav.simulate import Runs, simulate
 from tbot_gradnav.unicycle import Pose
 
-TIME_LIMIT = 150.0  # [s]; the longest shortest path takes 25
+TIME_LIMIT = 100.0  # [s]; the longest shortest path takes some 25
 CELL = 0.05  # [m] of the map that the potential map is given: empty, the obstacles come on top
 
 OURS: Mapping[str, Mapping[str, object]] = {
