@@ -71,7 +71,7 @@ def test_the_minimal_file_is_no_longer_than_its_promise():
     assert len((CONFIG / "minimal.yaml").read_text().splitlines()) <= 10
 
 
-def test_the_readme_lists_the_parameters_as_the_code_has_them():
+def test_the_docs_list_the_parameters_as_the_code_has_them():
     check = [sys.executable, ROOT / "tools" / "parameter_table.py", "--check"]
     assert subprocess.run(check, check=False).returncode == 0, "run tools/parameter_table.py"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Write the table of parameters in the README, from the code that checks them.
+"""Write the table of docs/parameters.md from the code that checks them.
 
 usage: python tools/parameter_table.py [--check]
 """
@@ -13,7 +13,7 @@ from tbot_gradnav.parameters import Parameter, parameters_of
 from tbot_gradnav.settings import settings_parameters
 from tbot_gradnav.shapes import SHAPES
 
-README = Path(__file__).parents[1] / "README.md"
+PAGE = Path(__file__).parents[1] / "docs" / "parameters.md"
 BEGIN, END = "<!-- parameters -->", "<!-- end of parameters -->"
 EXAMPLE = {"obstacles.names": ["NAME"]}
 PREFIX = "obstacles.NAME."
@@ -56,13 +56,13 @@ def _row(name: str, parameter: Parameter, default: object) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Rewrite the README, or with --check say whether it would change."""
-    before = README.read_text(encoding="utf-8")
+    """Rewrite the page, or with --check say whether it would change."""
+    before = PAGE.read_text(encoding="utf-8")
     block = f"{BEGIN}\n{table()}\n{END}"
     after = re.sub(f"{BEGIN}.*{END}", lambda _: block, before, flags=re.DOTALL)
     if "--check" in arguments:
         return int(before != after or BEGIN not in before)
-    README.write_text(after, encoding="utf-8")
+    PAGE.write_text(after, encoding="utf-8")
     return 0
 
 

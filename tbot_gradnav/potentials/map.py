@@ -47,10 +47,7 @@ class Map(Potential):
         """Check that there is something to march with."""
         super().__post_init__()
         if find_spec("skfmm") is None:
-            raise GradnavError(
-                "potential map needs scikit-fmm: pip install tbot_gradnav[map], or "
-                "apt install python3-scikit-fmm"
-            )
+            raise GradnavError("potential map needs scikit-fmm: pip install scikit-fmm")
 
     @property
     def ready(self) -> bool:
