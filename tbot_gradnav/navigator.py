@@ -63,6 +63,7 @@ class Navigator(Node):
         )
         if self._navigation.potential.ready:  # what takes long is done before odometry comes
             self._navigation.potential(*self._configuration.settings.initial_pose[:2])
+            self._navigation.potential.prepare()  # and all that comes after, in the background
         self._commands = CommandPublisher(self, options.cmd_vel_type)
         self._company = Company(self)
         self._checked = self._configuration  # parameters that have passed, to be taken next

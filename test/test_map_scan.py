@@ -2,6 +2,7 @@
 """Potential map_scan: walls from a map, surprises from the lidar."""
 
 import importlib.util
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +57,21 @@ def test_nothing_of_the_file_is_known_beforehand(office):
     told = office.settings.chosen_potential
     x, y = np.array([5.2, 6.0, 8.0]), np.array([4.2, 4.1, 1.0])
     np.testing.assert_array_equal(told(x, y)[:3], blind(x, y)[:3])
+
+
+def test_a_new_way_is_found_in_the_background(office):
+    """The old one counts until it is there, so nobody waits for it."""
+    beside_the_bin = Points(9.2 + 0.2 * np.cos(np.arange(24)), 2.7 + 0.2 * np.sin(np.arange(24)))
+    potential, start = office.settings.chosen_potential, (8.2, 2.6)
+    before = potential(*start).phi
+    potential.prepare()
+    potential = potential.seeing(beside_the_bin)
+    assert potential(*start).phi == before
+    deadline = time.monotonic() + 20.0
+    while potential(*start).phi < 1.5 * before:  # the way round the table
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+        potential = potential.seeing(beside_the_bin)
 
 
 def test_it_goes_round_what_the_map_does_not_hold(office):
