@@ -10,7 +10,7 @@ demo: .venv/ready
 	$(BIN)/gradnav demo --out out/demo
 
 test: .venv/ready
-	$(BIN)/pytest --numprocesses 2 --dist loadfile
+	$(BIN)/pytest --numprocesses 3 --dist loadfile
 
 test-long: .venv/ready
 	GRADNAV_WORLDS=200 GRADNAV_ROOMS=100 GRADNAV_POSE_SEEDS=10 GRADNAV_SCANS=200 \

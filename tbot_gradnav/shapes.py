@@ -183,7 +183,7 @@ class Ellipse(Round):
             p, q = au / (t + a * a), bw / (t + b * b)
             t = t + (p * p + q * q - 1.0) / (2.0 * (p * p / (t + a * a) + q * q / (t + b * b)))
         p, q = au / (t + a * a), bw / (t + b * b)  # the nearest point is (a p, b q)
-        n_u, n_w = p / a * np.sign(u), q / b * np.sign(w)
+        n_u, n_w = np.copysign(p / a, u), np.copysign(q / b, w)
         norm = np.sqrt(n_u * n_u + n_w * n_w)
         n_u, n_w = n_u / norm, n_w / norm
         off_u, off_w = np.abs(u) - a * p, np.abs(w) - b * q

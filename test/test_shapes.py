@@ -201,3 +201,11 @@ def test_in_certified_rooms_every_robot_arrives_and_none_collides():
         runs = simulate(Controller.of(made), random_starts(made.world, 100, seed))
         assert runs.arrived.all(), seed
         assert not runs.collided.any(), seed
+
+
+@pytest.mark.parametrize("name", [name for name in SHAPES if "ellipse" in name])
+def test_from_its_centre_there_is_a_way_out_of_an_ellipse(name):
+    shape = SHAPES[name]
+    d, n_x, n_y = shape.distance(*shape.centre)
+    assert d == pytest.approx(-min(shape.semi_x, shape.semi_y))
+    assert math.hypot(n_x, n_y) == pytest.approx(1.0)
