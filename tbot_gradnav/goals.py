@@ -58,6 +58,7 @@ class Goals:
         target = odometry.frame_names[1]
 
         def on_found(transform: Any) -> None:
+            self._lookup = None
             self._set_out([transforms.moved(pose, transform, target) for pose in route])
 
         self._lookup = transforms.Lookup(self._node, target, frame, on_found, self._refuse)

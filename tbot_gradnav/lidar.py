@@ -48,6 +48,11 @@ class Sweep(NamedTuple):
             message.range_max,
             np.asarray(message.ranges, dtype=float),
         )
+        if not (sweep.ranges.size > 0 and 0.0 <= sweep.range_min < sweep.range_max):
+            raise BadScanError(
+                f"a scan measures nothing: {sweep.ranges.size} beams, range_min "
+                f"{sweep.range_min:g}, range_max {sweep.range_max:g}"
+            )
         sane = FINEST <= abs(sweep.angle_increment) <= 2.0 * math.pi
         if not (sane and abs(sweep.angle_min) <= TURNS):
             raise BadScanError(

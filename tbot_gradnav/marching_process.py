@@ -39,6 +39,13 @@ class Marching:
         """Whether nothing goes on in the background."""
         return self._begun is None or self._begun.done()
 
+    @property
+    def failed(self) -> bool:
+        """Whether what went on in the background came to nothing."""
+        return (
+            self._begun is not None and self._begun.done() and self._begun.exception() is not None
+        )
+
     @cached_property
     def task(self) -> Task:
         """What is asked for."""
@@ -69,9 +76,13 @@ class _Worker:
                 )
             assert self._process.stdin is not None
             assert self._process.stdout is not None
-            pickle.dump(task, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
-            self._process.stdin.flush()
-            phi: Array = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
+            try:
+                pickle.dump(task, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+                self._process.stdin.flush()
+                phi: Array = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
+            except BaseException:
+                self._process.kill()  # what is left in its pipes answers no later question
+                raise
             return phi
 
 

@@ -2,8 +2,11 @@
 """What the navigator does with each odometry message; the node and the replay share it."""
 
 import math
+from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
+
+import numpy as np
 
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError
@@ -116,8 +119,17 @@ class Navigation:
         before, self.settings = self.settings, settings
         if _aim(settings) != _aim(before) or self._state is State.STUCK:
             self.restart()
+        elif self._legs[self._leg].potential == self._controller.potential:
+            kept = self._controller.potential  # with what it has seen and planned
+            self._controller = replace(self._legs[self._leg], potential=kept)
         else:
             self._head_for(self._leg)
+
+    def prepare(self) -> None:
+        """Begin, in the background, what takes long of the way to the goal or the next two legs."""
+        self._controller.potential.prepare()
+        for soon in self._legs[self._leg : self._leg + 2]:
+            soon.potential.prepare()
 
     def restart(self) -> None:
         """Set out for the goal anew: choose the gear again, and forget how the last drive ended."""
@@ -129,8 +141,13 @@ class Navigation:
         self._head_for(0)
 
     def see(self, sweep: Sweep) -> None:
-        """Take note of what the lidar sees; it is placed once odometry as new as it has come."""
-        self._sweep = sweep
+        """Take note of what the lidar sees; it is placed once odometry as new as it has come.
+
+        Until then a newer sweep does not take its place, or scans that are always a little ahead
+        of odometry would never be placed.
+        """
+        if self._sweep is None or not 0.0 <= sweep.stamp - self._sweep.stamp <= BLIND:
+            self._sweep = sweep
 
     def update(self, reading: Reading) -> Outcome:
         """Return the command for one odometry message. Raises BadOdometryError."""
@@ -146,7 +163,7 @@ class Navigation:
         self._waiting = False
         if self._blind(reading.stamp):
             self._wait()
-            notices.append(Notice("blind", f"stopped: no lidar scan for {BLIND:g} s"))
+            notices.append(Notice("blind", self._why_blind(reading.stamp)))
             return Outcome(pose, STOP, notices)
         if self._state is State.DRIVING:
             notices += self._judged(reading.stamp, pose)
@@ -172,14 +189,22 @@ class Navigation:
         pose = self.odometry.at(self._sweep.stamp)
         if pose is not None:
             lidar = pose.compose(Pose(self.settings.lidar_x, 0.0, 1.0, 0.0))
-            self._sightings.update(self._sweep, lidar)
-            self._controller = self._controller.seeing(self._sightings.points)
-            self._looked = self._sweep.stamp
+            if np.isfinite(self._sweep.measured).any():  # else it may be covered
+                driving = self._state is State.DRIVING and not self._paused
+                self._sightings.update(self._sweep, lidar, driving)
+                self._controller = self._controller.seeing(self._sightings.points)
+                self._looked = self._sweep.stamp
         self._sweep = None
 
     def _blind(self, now: float) -> bool:
         """Return whether a robot that needs its lidar has none."""
         return self._controller.potential.looks and not abs(now - self._looked) <= BLIND
+
+    def _why_blind(self, now: float) -> str:
+        text = f"stopped: no lidar scan that shows anything for {BLIND:g} s"
+        if self._sweep is not None:
+            text += f"; the last is stamped {self._sweep.stamp - now:.3g} s after the odometry"
+        return text
 
     def _judged(self, stamp: float, pose: Pose) -> list[Notice]:
         """Find out whether a waypoint was passed or the drive has ended, and say so."""

@@ -63,7 +63,7 @@ class Navigator(Node):
         )
         if self._navigation.potential.ready:  # what takes long is done before odometry comes
             self._navigation.potential(*self._configuration.settings.initial_pose[:2])
-            self._navigation.potential.prepare()  # and all that comes after, in the background
+            self._navigation.prepare()  # and all that comes after, in the background
         self._commands = CommandPublisher(self, options.cmd_vel_type)
         self._company = Company(self)
         self._checked = self._configuration  # parameters that have passed, to be taken next
@@ -129,7 +129,7 @@ class Navigator(Node):
             self._maps = MapTopic(self, frame, self._on_map)
         elif self._maps is not None and not awaits:
             self._maps.close()
-            self._maps = None
+            self._maps = self._map = None
         looks = self._configuration.settings.chosen_potential.looks
         if looks and self._lidar is None:
             self._lidar = self.create_subscription(

@@ -30,20 +30,28 @@ class Sightings:
         self._x, self._y = np.empty(0), np.empty(0)
         self._seen = np.empty(0)  # [s] stamp of the sweep
         self._misses = np.empty(0, dtype=np.int64)
+        self._last = np.nan  # [s] stamp of the last sweep
 
     @property
     def points(self) -> Points:
         """What is there, as far as is known."""
         return Points(self._x, self._y)
 
-    def update(self, sweep: Sweep, lidar: Pose) -> None:
-        """Take note of a sweep from the lidar's pose in the world."""
+    def update(self, sweep: Sweep, lidar: Pose, driving: bool = True) -> None:
+        """Take note of a sweep from the lidar's pose in the world.
+
+        Nothing is forgotten for its age but while `driving`: somebody may stand too near to be
+        seen before a robot that waits.
+        """
         cell, x, y = _gathered(sweep.points(lidar))
         unseen = ~np.isin(self._cell, cell)  # what the sweep does not see again
         distance = np.hypot(self._x - lidar.x, self._y - lidar.y)
         too_near = distance <= sweep.reach[0] + BEHIND
         self._misses[unseen] += self._looked_through(sweep, lidar, distance, too_near)[unseen]
         memory = np.where(too_near, TOO_NEAR, MEMORY)
+        if not driving and self._seen.size:
+            self._seen[unseen] += sweep.stamp - self._last
+        self._last = sweep.stamp
         recent = np.abs(sweep.stamp - self._seen) <= memory
         kept = unseen & (self._misses < MISSES) & recent & (distance <= REACH)
         self._cell = np.append(self._cell[kept], cell)

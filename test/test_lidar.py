@@ -49,9 +49,9 @@ def test_what_is_no_measurement_is_no_point(nothing):
 
 
 def test_the_lds_02_measures_less_than_it_publishes():
-    assert Sweep.of(message([], limits=(0.0, 100.0))).reach == (0.16, 8.0)
-    assert Sweep.of(message([], limits=(0.0, math.inf))).reach == (0.16, 8.0)
-    assert Sweep.of(message([], limits=(0.12, 3.5))).reach == (0.12, 3.5)
+    assert Sweep.of(message([1.0], limits=(0.0, 100.0))).reach == (0.16, 8.0)
+    assert Sweep.of(message([1.0], limits=(0.0, math.inf))).reach == (0.16, 8.0)
+    assert Sweep.of(message([1.0], limits=(0.12, 3.5))).reach == (0.12, 3.5)
 
 
 @pytest.mark.parametrize(
@@ -63,13 +63,25 @@ def test_a_sweep_that_cannot_be_placed_is_refused(fields):
         Sweep.of(message([1.0, 2.0], **fields))
 
 
-def test_a_sweep_may_be_empty_and_may_turn_either_way():
-    assert Sweep.of(message([])).points(ORIGIN).x.size == 0
+@pytest.mark.parametrize(
+    ("ranges", "limits"),
+    [([], (0.12, 3.5)), ([1.0], (math.nan, 3.5)), ([1.0], (0.0, 0.0)), ([1.0], (0.0, math.nan))],
+)
+def test_a_sweep_that_cannot_measure_is_refused(ranges, limits):
+    with pytest.raises(BadScanError, match="measures nothing"):
+        Sweep.of(message(ranges, limits=limits))
+
+
+def test_a_sweep_may_turn_either_way():
     x, y = Sweep.of(message([1.0, 1.0], increment=-math.pi / 2)).points(ORIGIN)
     np.testing.assert_allclose((x, y), [[1.0, 0.0], [0.0, -1.0]], atol=1e-12)
 
 
-@given(st.lists(st.floats(width=32), max_size=400), st.floats(-7.0, 7.0), st.floats(-1.0, 1.0))
+@given(
+    st.lists(st.floats(width=32), min_size=1, max_size=400),
+    st.floats(-7.0, 7.0),
+    st.floats(-1.0, 1.0),
+)
 def test_no_sweep_brings_a_point_that_was_not_measured(ranges, angle_min, increment):
     if abs(increment) < 1e-5:
         return
@@ -179,6 +191,15 @@ def test_what_is_too_near_to_be_seen_is_remembered_for_less():
             sightings.update(lidar(world, "lds_02").sweep(stamp, beside), beside)
             x, y = sightings.points
             assert np.any(np.hypot(x - 0.3, y) < 0.15) == (stamp <= until + 1e-9), stamp
+
+
+def test_before_a_robot_that_waits_nothing_is_forgotten_for_its_age():
+    near, beside = Circle(0.3, 0.0, 0.1), Pose(0.14, 0.0, 1.0, 0.0)
+    sensor, sightings = lidar(around(near), "lds_02"), Sightings()
+    sightings.update(sensor.sweep(0.0, ORIGIN), ORIGIN)
+    for i in range(1, 200):
+        sightings.update(sensor.sweep(0.2 * i, beside), beside, driving=False)
+    assert np.any(np.hypot(sightings.points.x - 0.3, sightings.points.y) < 0.15)
 
 
 def test_a_lost_sweep_forgets_nothing():

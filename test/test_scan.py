@@ -102,6 +102,45 @@ def test_a_robot_without_its_lidar_stands_and_says_so():
     assert BLIND <= 1.0
 
 
+def test_a_lidar_that_shows_nothing_is_none_and_takes_nothing_away():
+    """It may be covered: the circle ahead is still there."""
+    settings = configuration((0.0, 0.0, 0.0), (2.0, 0.0), [(0.8, 0.0, 0.2)]).settings
+    navigation = Navigation(settings)
+    sensor = FakeLidar(settings.world, settings.lidar_x, LIDARS["lds_01"], 0.0, 0.0, 0)
+    sweep = sensor.sweep(0.0, settings.start)
+    for i in range(60):
+        now = 0.05 * i
+        covered = sweep._replace(stamp=now, ranges=0.0 * sweep.ranges)
+        navigation.see(sweep if i == 0 else covered)
+        _, twist, _ = navigation.update(Reading(now, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+        assert navigation.potential.room(0.0, 0.0) == pytest.approx(0.6 - ROBOT, abs=0.03)
+    assert twist == (0.0, 0.0)
+    assert navigation.state is State.WAITING
+
+
+def test_scans_a_little_ahead_of_odometry_are_placed():
+    settings = configuration((0.0, 0.0, 0.0), (2.0, 0.0), [(3.0, 0.5, 0.2)]).settings
+    navigation = Navigation(settings)
+    sensor = FakeLidar(settings.world, settings.lidar_x, LIDARS["lds_01"], 0.0, 0.0, 0)
+    for i in range(60):
+        now = 0.05 * i
+        if i % 4 == 0:
+            navigation.see(sensor.sweep(now + 0.45, settings.start))
+        _, twist, _ = navigation.update(Reading(now, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    assert twist.v > 0.0
+
+
+def test_a_change_of_gains_keeps_what_has_been_seen():
+    settings = configuration((0.0, 0.0, 0.0), (2.0, 0.0), [(0.8, 0.1, 0.2)]).settings
+    navigation = Navigation(settings)
+    sensor = FakeLidar(settings.world, settings.lidar_x, LIDARS["lds_01"], 0.0, 0.0, 0)
+    navigation.see(sensor.sweep(0.0, settings.start))
+    navigation.update(Reading(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    before = navigation.potential
+    navigation.change(replace(settings, k_omega=2.0))
+    assert navigation.potential is before
+
+
 def configuration(start, goal=(0.0, 0.0), circles=(), **more):
     """Return a robot with a lidar among circles (x, y, radius)."""
     values = TYPICAL | {"initial_pose": list(start), "goal": list(goal)} | more
@@ -172,7 +211,7 @@ def test_what_crosses_its_way_is_avoided():
 
 def test_the_ball_of_a_goal_with_an_orientation_is_what_is_seen_free():
     start, goal = (-2.0, 0.2, 0.0), (0.0, 0.0, 1.5)
-    for circles in ((), [(0.55, 0.0, 0.15)]):
+    for circles in ([(3.0, 0.0, 0.3)], [(0.55, 0.0, 0.15)]):
         done = drive(configuration(start, goal, circles))
         assert done.state is State.ARRIVED
         assert done.clearance > 0.0

@@ -76,7 +76,7 @@ def test_without_a_lidar_the_robot_stands_until_there_is_one(graph, parameter_fi
     def publish(increment):
         scan = LaserScan(angle_increment=increment, range_min=0.12, range_max=3.5)
         scan.header.stamp = graph.node.get_clock().now().to_msg()
-        scan.ranges = [0.0] * 360
+        scan.ranges = [0.0] * 180 + [3.0] * 180
         publisher.publish(scan)
 
     bad = graph.node.create_timer(0.1, lambda: publish(0.0))

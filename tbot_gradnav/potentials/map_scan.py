@@ -17,7 +17,8 @@ from tbot_gradnav.potentials.scan import Scan
 from tbot_gradnav.unicycle import Floats
 from tbot_gradnav.world import Boundary, Distances, World
 
-MAPPED = 0.15  # [m] what the lidar sees this near a wall of the map is that wall
+ON_WALL = 0.06  # [m] what the lidar sees this near a wall of the map is that wall
+MAPPED = 0.15  # [m] likewise for plans, which drift of the odometry shall not close
 SHY = 0.05  # [m] more than needed that a way leaves beside a surprise, of which a part is seen
 COARSE = 0.2  # [m] side of the squares by which surprises are told from those before
 
@@ -66,7 +67,7 @@ class MapScan(Map, Scan):
 
     def seeing(self, points: Points) -> Self:
         """Return the same potential with these points seen by the lidar."""
-        other = super().seeing(self._unmapped(points))
+        other = super().seeing(self._off_walls(points, ON_WALL))
         if self.world.walls is not None:
             other._plan()
         return other
@@ -74,22 +75,26 @@ class MapScan(Map, Scan):
     def _plan(self) -> None:
         """Begin another plan where the surprises have changed; take it once it is ready."""
         memory = self.__dict__
-        squares = frozenset(zip(*np.rint(np.array(self.seen) / COARSE).tolist(), strict=True))
+        surprises = self._off_walls(self.seen, MAPPED)
+        squares = frozenset(zip(*np.rint(np.array(surprises) / COARSE).tolist(), strict=True))
         if memory.get("_next") is None and squares != memory.get("_planned", frozenset()):
             memory["_planned"] = squares
-            memory["_next"] = plan = Marching(
-                partial(_task_among, self._space, self.known, self.seen, self.clearance)
+            memory["_next"] = Marching(
+                partial(_task_among, self._space, self.known, surprises, self.clearance)
             )
             if memory.get("_background"):
-                plan.begin()
-        if memory.get("_next") is not None and memory["_next"].ready:
-            memory["_marching"], memory["_next"] = memory["_next"], None
+                memory["_next"].begin()
+        plan: Marching | None = memory.get("_next")
+        if plan is not None and plan.ready:
+            memory["_next"] = None
+            if not plan.failed:
+                memory["_marching"] = plan
 
-    def _unmapped(self, points: Points) -> Points:
-        """Return those of the points that are not on a wall of the map."""
+    def _off_walls(self, points: Points, distance: float) -> Points:
+        """Return those of the points that are further than this [m] from any wall of the map."""
         if self.world.walls is None:
             return points
-        off = np.asarray(self.world.walls.distance(*points).d) > MAPPED
+        off = np.asarray(self.world.walls.distance(*points).d) > distance
         return Points(points.x[off], points.y[off])
 
     def _near(self, x: Floats, y: Floats) -> Distances:
