@@ -7,17 +7,21 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
 from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.lidar import BadScanError, Sweep
-from tbot_gradnav.odometry import GoalPose, Reading
+from tbot_gradnav.lidar import Sweep
+from tbot_gradnav.navigation import State
+from tbot_gradnav.odometry import Reading, Route, route
 from tbot_gradnav.unicycle import Twist
 
 TOPICS = {
     "/odom": ("nav_msgs/msg/Odometry",),
     "/cmd_vel": ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"),
     "/goal_pose": ("geometry_msgs/msg/PoseStamped",),
+    "/waypoints": ("nav_msgs/msg/Path",),
+    "/state": ("std_msgs/msg/String",),
     "/scan": ("sensor_msgs/msg/LaserScan",),
 }
-Content: TypeAlias = Reading | Twist | GoalPose | Sweep | BadScanError
+Content: TypeAlias = Reading | Twist | Route | State | Sweep | GradnavError | None
+COMMON_NAMES = ("/waypoints", "/state")  # others use them for other things
 STORAGE = (".mcap", ".db3")
 
 
@@ -35,13 +39,7 @@ class Bag:
     def __init__(self, path: Path, reader: Any) -> None:
         self._path = path
         self._reader = reader
-        self._connections = [c for c in reader.connections if c.topic in TOPICS]
-        for connection in self._connections:
-            if connection.msgtype not in TOPICS[connection.topic]:
-                raise GradnavError(
-                    f"{path}: topic {connection.topic} is of type {connection.msgtype}; must be "
-                    + " or ".join(TOPICS[connection.topic])
-                )
+        self._connections = [c for c in reader.connections if _is_used(path, c)]
         if not self.count("/odom"):
             topics = ", ".join(sorted({c.topic for c in reader.connections})) or "none"
             raise GradnavError(f"{path}: no messages on topic /odom (topics: {topics})")
@@ -72,10 +70,27 @@ class Bag:
                 cdr = data if self._reader.is2 else self._cdr(data, connection.msgtype)
             except Exception as error:  # of whatever kind a broken message brings about
                 raise _damaged(self._path, error) from error
-            yield Event(recorded, _content(connection.topic, message), cdr)
+            try:
+                content = _content(connection.topic, message)
+            except GradnavError as error:
+                content = error
+            yield Event(recorded, content, cdr)
 
     def _cdr(self, ros1: bytes, kind: str) -> bytes:
         return bytes(self._reader.default_typestore.ros1_to_cdr(ros1, kind))
+
+
+def _is_used(path: Path, connection: Any) -> bool:
+    """Return whether a topic matters here. Raises GradnavError if it does but has another type."""
+    kinds = TOPICS.get(connection.topic, ())
+    if connection.msgtype in kinds:
+        return True
+    if not kinds or connection.topic in COMMON_NAMES:
+        return False
+    raise GradnavError(
+        f"{path}: topic {connection.topic} is of type {connection.msgtype}; must be "
+        + " or ".join(kinds)
+    )
 
 
 @contextmanager
@@ -138,11 +153,10 @@ def _content(topic: str, message: Any) -> Content:
     if topic == "/odom":
         return Reading.of(message)
     if topic == "/scan":
-        try:
-            return Sweep.of(message)
-        except BadScanError as error:
-            return error
-    if topic == "/goal_pose":
-        return GoalPose.of(message)
+        return Sweep.of(message)
+    if topic in ("/goal_pose", "/waypoints"):
+        return route(message)
+    if topic == "/state":
+        return next((state for state in State if state.value == message.data), None)
     twist = message.twist if hasattr(message, "twist") else message
     return Twist(twist.linear.x, twist.angular.z)

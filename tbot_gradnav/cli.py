@@ -50,6 +50,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("gradnav: not enough memory for so much", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
+        print("gradnav: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -20,7 +20,7 @@ NAMES = {
 }
 WATCHDOG = "cmd_vel_watchdog"  # name of the node that listens only to know when to stop the robot
 LOOK_PERIOD = 0.25  # [s] between looks at who listens
-PATIENCE = 12  # looks before a warning that we are not heard; discovery may take 2.5 s
+PATIENCE = 20  # looks before a warning that we are not heard; discovery may take 2.5 s
 REMINDER = 120  # looks between warnings
 ACKNOWLEDGED = 0.2  # [s] to wait for the last command to be received
 

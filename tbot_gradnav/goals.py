@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from tbot_gradnav import transforms
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.navigation import Navigation
-from tbot_gradnav.odometry import GoalPose
+from tbot_gradnav.odometry import Route, route
 
 
 class Goals:
@@ -25,8 +25,8 @@ class Goals:
     def __init__(self, node: Node, navigation: Navigation) -> None:
         self._node, self._navigation = node, navigation
         self._lookup: transforms.Lookup | None = None  # for the last goal, if it waits
-        node.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
-        node.create_subscription(Path, "waypoints", self._on_waypoints, 10)
+        node.create_subscription(PoseStamped, "goal_pose", self._on_route, 10)
+        node.create_subscription(Path, "waypoints", self._on_route, 10)
 
     def forget(self) -> None:
         """Give up goal and waypoints. Raises GradnavError where no goal is set."""
@@ -35,38 +35,30 @@ class Goals:
         self._wait_no_more()
         self._set((), ())
 
-    def _on_goal(self, message: PoseStamped) -> None:
-        self._take([GoalPose.of(message)])
+    def _on_route(self, message: PoseStamped | Path) -> None:
+        try:
+            self._take(route(message))
+        except GradnavError as error:
+            self._refuse(str(error))
 
-    def _on_waypoints(self, message: Path) -> None:
-        frame = message.header.frame_id
-        route = [GoalPose.of(pose) for pose in message.poses]
-        if not route:
-            self._refuse("a path without poses; to stop, call the service cancel")
-        elif {pose.frame for pose in route} - {"", frame}:
-            self._refuse("the poses of a path must be in the frame of the path")
-        else:
-            self._take([pose._replace(frame=frame) for pose in route])
-
-    def _take(self, route: Sequence[GoalPose]) -> None:
+    def _take(self, poses: Route) -> None:
         """Set out for the last pose by way of the others, once their frame is known."""
         self._wait_no_more()
-        odometry, frame = self._navigation.odometry, route[0].frame
+        odometry, frame = self._navigation.odometry, poses[0].frame
         if not transforms.CAN_LOOK_UP or frame in ("", *odometry.frame_names):
-            self._set_out(route)
+            self._set_out(poses)
             return
         target = odometry.frame_names[1]
 
         def on_found(transform: Any) -> None:
             self._lookup = None
-            self._set_out([transforms.moved(pose, transform, target) for pose in route])
+            self._set_out([transforms.moved(pose, transform, target) for pose in poses])
 
         self._lookup = transforms.Lookup(self._node, target, frame, on_found, self._refuse)
 
-    def _set_out(self, route: Sequence[GoalPose]) -> None:
+    def _set_out(self, poses: Route) -> None:
         try:
-            *waypoints, goal = [self._navigation.odometry.in_world(pose) for pose in route]
-            self._set(goal, [value for point in waypoints for value in point[:2]])
+            self._set(*self._navigation.odometry.in_world(poses))
         except GradnavError as error:
             self._refuse(str(error))
             return

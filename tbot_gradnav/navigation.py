@@ -72,10 +72,10 @@ class Navigation:
     @property
     def state(self) -> State:
         """What the robot is doing."""
-        if self._lost:
-            return State.NO_ODOMETRY
         if self._paused:
             return State.PAUSED
+        if self._lost:
+            return State.NO_ODOMETRY
         if self._waiting:
             return State.WAITING
         return State.TURNING if self._turning else self._state

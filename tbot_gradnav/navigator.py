@@ -25,7 +25,7 @@ from tbot_gradnav.health import Health
 from tbot_gradnav.journal import Journal
 from tbot_gradnav.lidar import BadScanError, Sweep
 from tbot_gradnav.map_topic import MapTopic
-from tbot_gradnav.navigation import Navigation
+from tbot_gradnav.navigation import Navigation, State
 from tbot_gradnav.occupancy import Occupancy
 from tbot_gradnav.odometry import BadOdometryError, Reading
 from tbot_gradnav.options import Configuration
@@ -38,7 +38,7 @@ from tbot_gradnav.visuals import Visuals
 FIXED = ("initial_pose", "cmd_vel_type", "world_frame", "publish_tf")
 CHECK_PERIOD = 0.06  # [s] between looks at the age of the odometry, begun anew by each message
 RECOVERY = 1.0  # [s] of good odometry before an interruption is over
-PATIENCE = 3.0  # [s] for the first odometry; discovery may take 2.5 s
+PATIENCE = 5.0  # [s] for the first odometry; discovery may take 2.5 s
 
 
 class Navigator(Node):
@@ -169,7 +169,7 @@ class Navigator(Node):
     def _check_odometry(self) -> None:
         silent = self._seconds() - self._heard
         if self._navigation.odometry.frame is None:
-            if silent > PATIENCE:
+            if silent > PATIENCE and self._navigation.state is not State.PAUSED:
                 self._journal.warn(
                     "waiting", f"no odometry on {self._odometry.topic_name}: is the robot up?"
                 )

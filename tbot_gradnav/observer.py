@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The node that watches a demo: it records what passes and knows where the robot truly is."""
+"""The node that watches a demo: it starts the drive, records it and knows where the robot is."""
 
 import os
 from collections.abc import Sequence
@@ -9,15 +9,21 @@ import numpy as np
 from geometry_msgs.msg import PoseStamped, Quaternion, TwistStamped
 from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry as OdometryMessage
+from nav_msgs.msg import Path
+from rclpy.client import Client
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, qos_profile_sensor_data
 from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.task import Future
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import Odometry, Reading
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.recording import Recorder
+from tbot_gradnav.ros import LATCHED
 from tbot_gradnav.unicycle import STOP, Pose, Twist, heading, quaternion
 
 KINDS = {
@@ -26,9 +32,9 @@ KINDS = {
     TwistMessage: "geometry_msgs/msg/Twist",
     TwistStamped: "geometry_msgs/msg/TwistStamped",
     LaserScan: "sensor_msgs/msg/LaserScan",
+    Path: "nav_msgs/msg/Path",
+    String: "std_msgs/msg/String",
 }
-
-
 STANDING = 20.0  # [s] of its own time
 
 
@@ -43,21 +49,26 @@ class _Heard(NamedTuple):
 
 
 class Observer(Node):
-    """Follows a robot by odom, cmd_vel and ground_truth, and keeps what was said."""
+    """Follows a robot by odom, cmd_vel and ground_truth, and keeps what was said.
+
+    `hold` the navigator before odometry comes and let it go once `hears_all`, and nothing of the
+    drive is missed, however long discovery takes.
+    """
 
     def __init__(self, configuration: Configuration) -> None:
         super().__init__("gradnav_demo", use_global_arguments=False)
         self._settings = configuration.settings
         self._heard: list[_Heard] = []
         self._odometry = Odometry(self._settings.start, self._settings.limits)
-        self._stamp = 0  # [ns] of the last message that had one
-        self._began: int | None = None  # [ns] the first stamp
-        self._moved: int | None = None  # [ns] the first stamp with another pose
+        self._stamp = 0  # [ns] of the last ground truth
+        self._began: int | None = None  # [ns] when it was let go
         self._driven = 0.0  # [s] when it was last told to drive
-        self.twist: Twist | None = None
+        self._state: str | None = None  # of the navigator
+        self.twist: Twist | None = None  # in answer to odometry
         self.believed: Pose | None = None  # by odometry, in the world
         self.path: list[Pose] = []  # where it truly was
-        self.times: list[float] = []  # [s] and when, since the first odometry
+        self.times: list[float] = []  # [s] and when, since it was let go
+        self._world_frame = configuration.navigator.world_frame
         stamped = configuration.navigator.cmd_vel_type == "twist_stamped"
         self._listen("odom", OdometryMessage, self._on_odometry)
         self._listen("ground_truth", PoseStamped, self._on_truth)
@@ -66,12 +77,37 @@ class Observer(Node):
                 "scan", LaserScan, lambda scan: _ns(scan.header.stamp), qos_profile_sensor_data
             )
         self._listen("cmd_vel", TwistStamped if stamped else TwistMessage, self._on_command)
+        self._listen("state", String, self._on_state, LATCHED)
+        self._switches: dict[str, Client] = {
+            name: self.create_client(Trigger, name) for name in ("pause", "resume")
+        }
+        self._answers: dict[str, Future] = {}
+
+    def hold(self) -> bool:
+        """Pause the navigator as soon as it can be asked; return whether it has agreed."""
+        return self._agreed("pause")
+
+    @property
+    def hears_all(self) -> bool:
+        """Whether odometry, the truth, and the navigator's state and commands arrive here."""
+        return None not in (self.believed, self.twist, self._state) and bool(self.path)
+
+    def let_go(self) -> bool:
+        """Resume, and count time and path from then on; return whether the navigator has agreed."""
+        if not self._agreed("resume"):
+            return False
+        self._began, self.path, self.times = self._stamp, self.path[-1:], [0.0]
+        return True
+
+    @property
+    def under_way(self) -> bool:
+        """Whether the robot has been let go."""
+        return self._began is not None
 
     @property
     def seconds(self) -> float:
-        """Time [s] since the robot first moved; before that, since the first odometry."""
-        since = self._began if self._moved is None else self._moved
-        return 0.0 if since is None else (self._stamp - since) * 1e-9
+        """Time [s] of the robot's clock since it was let go."""
+        return 0.0 if self._began is None else (self._stamp - self._began) * 1e-9
 
     @property
     def clearance(self) -> float:
@@ -119,19 +155,36 @@ class Observer(Node):
                 )
 
     def record(self, recorder: Recorder, parameters: str) -> None:
-        """Write the goal, the parameter file's text and all that was heard.
+        """Write the parameter file's text, where it leads to, and all that was heard.
 
         In the order in which it was said, not heard, and at the robot's time, not ours.
         """
-        now = self._began or 0
-        goal = PoseStamped()
-        goal.pose.position.x, goal.pose.position.y = self._settings.goal[:2]
-        goal.pose.orientation = _orientation(self._settings.goal)
+        now = min(heard.stamp for heard in self._heard if heard.stamp)
         recorder.write_text("/parameters", now, parameters)
-        recorder.write("/goal_pose", KINDS[PoseStamped], now, serialize_message(goal))
+        route = self._route()
+        topic = "/goal_pose" if isinstance(route, PoseStamped) else "/waypoints"
+        recorder.write(topic, KINDS[type(route)], now, serialize_message(route))
         for heard in sorted(self._heard, key=lambda heard: heard.said):
             now = max(now, heard.stamp)
             recorder.write(heard.topic, KINDS[heard.kind], now, heard.cdr)
+
+    def _route(self) -> PoseStamped | Path:
+        """Return the goal, or the waypoints with the goal as the last."""
+        poses = [PoseStamped() for _ in self._settings.legs]
+        for pose, leg in zip(poses, self._settings.legs, strict=True):
+            pose.header.frame_id = self._world_frame
+            pose.pose.position.x, pose.pose.position.y = leg.goal[:2]
+            pose.pose.orientation = _orientation(leg.goal)
+        path = Path(poses=poses)
+        path.header.frame_id = self._world_frame
+        return path if len(poses) > 1 else poses[0]
+
+    def _agreed(self, service: str) -> bool:
+        """Ask a service once, when it is there; return whether it has answered."""
+        client = self._switches[service]
+        if service not in self._answers and client.service_is_ready():
+            self._answers[service] = client.call_async(Trigger.Request())
+        return service in self._answers and self._answers[service].done()
 
     def _listen(self, topic: str, kind: Any, callback: Any, qos: QoSProfile | int = 100) -> None:
         """Subscribe; every message is kept as it came, then handed to `callback`."""
@@ -143,18 +196,21 @@ class Observer(Node):
         self.create_subscription(kind, topic, on_message, qos, raw=True)
 
     def _on_odometry(self, message: OdometryMessage) -> int:
-        stamp = self._see(message.header.stamp)
+        if self.believed is None:
+            self.twist = None  # which was the stop of a pause
         self.believed, _ = self._odometry.update(Reading.of(message))
-        return stamp
+        return _ns(message.header.stamp)
 
     def _on_truth(self, message: PoseStamped) -> int:
-        stamp = self._see(message.header.stamp)
-        self.times.append((stamp - (self._began or stamp)) * 1e-9)
+        self._stamp = _ns(message.header.stamp)
+        self.times.append(self.seconds)
         position, q = message.pose.position, message.pose.orientation
         self.path.append(Pose(position.x, position.y, *heading(q.z, q.w)))
-        if self._moved is None and self.path[-1] != self.path[0]:
-            self._moved = stamp
-        return stamp
+        return self._stamp
+
+    def _on_state(self, message: String) -> int:
+        self._state = message.data
+        return 0
 
     def _on_command(self, message: Any) -> int:
         twist = message.twist if isinstance(message, TwistStamped) else message
@@ -162,16 +218,6 @@ class Observer(Node):
         if self.twist != STOP:
             self._driven = self.seconds
         return 0  # a Twist has no stamp
-
-    def _see(self, stamp: Any) -> int:
-        self._stamp = _ns(stamp)
-        if self._began is None:
-            self._began = self._stamp
-        return self._stamp
-
-
-def _stamp_of(message: Any) -> int:
-    return _ns(message.header.stamp)
 
 
 def _ns(stamp: Any) -> int:

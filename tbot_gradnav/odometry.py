@@ -3,7 +3,7 @@
 
 import math
 from collections import deque
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -55,6 +55,25 @@ class GoalPose(NamedTuple):
         """Return what is used of a geometry_msgs/PoseStamped, whichever library decoded it."""
         position, q = message.pose.position, message.pose.orientation
         return cls(message.header.frame_id, position.x, position.y, q.z, q.w)
+
+
+Route: TypeAlias = list[GoalPose]  # the goal, after the waypoints on the way to it
+
+
+def route(message: Any) -> Route:
+    """Return what is used of a geometry_msgs/PoseStamped or nav_msgs/Path.
+
+    Raises GradnavError for a path without poses, or in more than one frame.
+    """
+    if not hasattr(message, "poses"):
+        return [GoalPose.of(message)]
+    frame = message.header.frame_id
+    poses = [GoalPose.of(pose) for pose in message.poses]
+    if not poses:
+        raise GradnavError("a path without poses; to stop, call the service cancel")
+    if {pose.frame for pose in poses} - {"", frame}:
+        raise GradnavError("the poses of a path must be in the frame of the path")
+    return [pose._replace(frame=frame) for pose in poses]
 
 
 class Notice(NamedTuple):
@@ -119,11 +138,16 @@ class Odometry:
         """Names of the world frame and of the odometry frame."""
         return self._frame_names
 
-    def in_world(self, goal: GoalPose) -> tuple[float, ...]:
-        """Return a goal in the world frame: x, y [m] and, if it has an orientation, yaw [rad].
+    def in_world(self, route: Route) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return goal and waypoints in the world frame, as the parameters of these names have them.
 
         Raises GradnavError for an unknown frame.
         """
+        *waypoints, goal = map(self._in_world, route)
+        return goal, tuple(value for point in waypoints for value in point[:2])
+
+    def _in_world(self, goal: GoalPose) -> tuple[float, ...]:
+        """Return x, y [m] and, where there is an orientation, yaw [rad]."""
         world, odometry = self._frame_names
         turned = math.hypot(goal.q_z, goal.q_w) > 1e-6
         pose = Pose(goal.x, goal.y, *(heading(goal.q_z, goal.q_w) if turned else (1.0, 0.0)))

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 from tbot_gradnav.bags import Bag, Event
 from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.lidar import BadScanError, Sweep
-from tbot_gradnav.navigation import Navigation
-from tbot_gradnav.odometry import BadOdometryError, GoalPose, Notice, Reading
+from tbot_gradnav.lidar import Sweep
+from tbot_gradnav.navigation import Navigation, State
+from tbot_gradnav.odometry import BadOdometryError, Notice, Reading, Route
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.unicycle import STOP, Pose, Twist
 
@@ -103,12 +103,14 @@ class Replay:
                     heard = t if pose is not None else -math.inf
                 recent.append(twist or STOP)
                 yield Sample(t, event, pose, twist, None)
-            elif isinstance(event.content, GoalPose):
-                self._set_goal(navigation, event.content)
+            elif isinstance(event.content, list):
+                self._set_out(navigation, event.content)
+            elif isinstance(event.content, State):
+                _pause_or_resume(navigation, event.content)
             elif isinstance(event.content, Sweep):
                 navigation.see(event.content)
-            elif isinstance(event.content, BadScanError):
-                self._note(Notice("bad scan", str(event.content)))
+            elif isinstance(event.content, GradnavError):
+                self._note(Notice(type(event.content).__name__, str(event.content)))
             elif isinstance(event.content, Twist):
                 self.commands += 1
                 stale = t - heard > options.odometry_timeout
@@ -135,9 +137,10 @@ class Replay:
             self._note(notice)
         return pose, twist
 
-    def _set_goal(self, navigation: Navigation, goal: GoalPose) -> None:
+    def _set_out(self, navigation: Navigation, route: Route) -> None:
         try:
-            settings = replace(navigation.settings, goal=navigation.odometry.in_world(goal))
+            goal, waypoints = navigation.odometry.in_world(route)
+            settings = replace(navigation.settings, goal=goal, waypoints=waypoints)
         except GradnavError as error:
             self._note(Notice("goal", f"a goal was refused: {error}"))
             return
@@ -147,6 +150,15 @@ class Replay:
     def _note(self, notice: Notice) -> None:
         self.notices[notice.kind] += 1
         self.examples.setdefault(notice.kind, notice.text)
+
+
+def _pause_or_resume(navigation: Navigation, recorded: State) -> None:
+    """Pause where the recorded navigator was paused, and go on where it was not."""
+    paused = navigation.state is State.PAUSED
+    if recorded is State.PAUSED and navigation.has_drive and not paused:
+        navigation.pause()
+    elif recorded is not State.PAUSED and paused:
+        navigation.resume()
 
 
 def _nearest(recorded: Twist, candidates: list[Twist]) -> Twist:

@@ -201,6 +201,13 @@ def test_demo_drives_to_the_goal_and_leaves_a_picture_and_a_bag(tmp_path, domain
         counts = {topic: info.msgcount for topic, info in bag.topics.items()}
     assert counts["/odom"] > 100
     assert counts["/cmd_vel"] > 100
+    verdict = tmp_path / "verdict.json"
+    assert (
+        gradnav("replay", tmp_path / "out" / "bag", "demo.yaml", "--json", verdict).returncode == OK
+    )
+    found = json.loads(verdict.read_text())
+    assert found["commands"] == counts["/cmd_vel"]
+    assert found["max_v_difference"] == found["max_omega_difference"] == 0.0
 
 
 def test_demo_refuses_what_it_cannot_drive(tmp_path, parameter_file):
@@ -227,7 +234,7 @@ def test_interrupting_the_demo_ends_both_nodes(tmp_path, domain, number):
                 break
         demo.send_signal(number)
         words = demo.stdout.read()
-        assert demo.wait(20) == 130
+        assert demo.wait(20) == 130, words
     finally:
         demo.kill()
     assert "zero velocity" in words

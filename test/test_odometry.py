@@ -130,12 +130,14 @@ def test_a_point_of_the_odometry_frame_is_the_same_point_of_the_world(first, poi
     track.update(reading(0.0, first))
     ahead, _ = track.update(reading(1e6, point))  # late enough not to be a jump
     goal = GoalPose("odom", point.x, point.y, *quaternion(point.theta))
-    x, y, yaw = track.in_world(goal)
+    (x, y, yaw), waypoints = track.in_world([goal])
+    assert waypoints == ()
     assert close((x, y), ahead[:2], 1e-8)
     assert close((math.cos(yaw), math.sin(yaw)), ahead[2:], 1e-8)
     for frame in ("map", ""):
         unturned = GoalPose(frame, float(point.x), float(point.y), 0.0, 0.0)
-        assert track.in_world(unturned) == (point.x, point.y)
+        place = (point.x, point.y)
+        assert track.in_world([unturned] * 3) == (place, place * 2)
 
 
 @pytest.mark.parametrize("frame", ["base_link", "Map", "odom "])
@@ -143,12 +145,12 @@ def test_a_point_of_another_frame_is_refused(frame):
     track = odometry()
     track.update(GOOD)
     with pytest.raises(GradnavError, match="unknown"):
-        track.in_world(GoalPose(frame, 0.0, 0.0, 0.0, 1.0))
+        track.in_world([GoalPose(frame, 0.0, 0.0, 0.0, 1.0)])
 
 
 def test_before_the_first_message_the_odometry_frame_is_unknown():
     with pytest.raises(GradnavError, match="unknown"):
-        odometry().in_world(GoalPose("odom", 0.0, 0.0, 0.0, 1.0))
+        odometry().in_world([GoalPose("odom", 0.0, 0.0, 0.0, 1.0)])
 
 
 # What stands out

@@ -153,23 +153,84 @@ def test_differences_are_measured_and_located(replayed, tmp_path):
     assert figures["equal"]
 
 
-def test_a_goal_in_the_bag_is_obeyed(replayed, tmp_path):
-    store = get_typestore(Stores.ROS2_JAZZY)
-    types, kind = store.types, "geometry_msgs/msg/PoseStamped"
-    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](0, 0), "map")
+def pose_stamped(types, x, y, frame):
+    time = types["builtin_interfaces/msg/Time"](0, 0)
     pose = types["geometry_msgs/msg/Pose"](
-        types["geometry_msgs/msg/Point"](-4.0, 0.0, 0.0),
-        types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
+        types["geometry_msgs/msg/Point"](x, y, 0.0),
+        types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 0.0),
     )
-    goal = bytes(store.serialize_cdr(types[kind](header, pose), kind))
-    with recording(tmp_path / "bag") as recorder:
-        for i, reading in enumerate(drive()):
-            if i == 20:
-                recorder.write("/goal_pose", kind, 2_000_000_000, goal)
+    header = types["std_msgs/msg/Header"](time, frame)
+    return types["geometry_msgs/msg/PoseStamped"](header, pose)
+
+
+def path_of(types, points):
+    poses = [pose_stamped(types, x, y, "") for x, y in points]
+    header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](0, 0), "map")
+    return types["nav_msgs/msg/Path"](header, poses)
+
+
+def write_with(path, said, commands):
+    """Write a bag with messages (time, topic, function of the types) between the odometry."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with recording(path) as recorder:
+        for reading in drive():
             recorder.write_odometry(round(reading.stamp * 1e9), reading)
-        recorder.write_command(1_960_000_000, Twist(0.2097, 0.0))
-        recorder.write_command(2_960_000_000, Twist(-0.2097, 0.0))
-    assert replayed(tmp_path / "bag")[0] == OK
+        for seconds, topic, make in said:
+            message = make(store.types)
+            kind = message.__msgtype__
+            data = bytes(store.serialize_cdr(message, kind))
+            recorder.write(topic, kind, round(seconds * 1e9), data)
+        for seconds, v in commands:
+            recorder.write_command(round(seconds * 1e9), Twist(v, 0.0))
+    return path
+
+
+def said(state):
+    return lambda types: types["std_msgs/msg/String"](state)
+
+
+def test_a_goal_in_the_bag_is_obeyed(replayed, tmp_path):
+    goal = (1.98, "/goal_pose", lambda types: pose_stamped(types, -4.0, 0.0, "map"))
+    bag = write_with(tmp_path / "bag", [goal], [(1.96, 0.2097), (2.96, -0.2097)])
+    assert replayed(bag)[0] == OK
+
+
+def test_waypoints_in_the_bag_are_obeyed(replayed, tmp_path):
+    """The first waypoint is passed where the robot is, the second is behind it."""
+    behind = lambda types: path_of(types, [(0.2, 0.0), (-1.0, 0.0), (4.0, 0.0)])  # noqa: E731
+    bag = write_with(
+        tmp_path / "bag", [(1.98, "/waypoints", behind)], [(1.96, 0.2097), (2.06, -0.2097)]
+    )
+    assert replayed(bag)[0] == OK
+
+
+def test_a_path_that_the_navigator_refuses_is_refused(replayed, tmp_path):
+    empty = (1.98, "/waypoints", lambda types: path_of(types, []))
+    status, figures, _, _ = replayed(
+        write_with(tmp_path / "bag", [empty], [(1.96, 0.2097), (2.96, 0.2097)])
+    )
+    assert status == OK
+    assert any("without poses" in warning for warning in figures["warnings"])
+
+
+def test_a_pause_in_the_bag_is_kept(replayed, tmp_path):
+    states = [(1.0, "driving"), (1.98, "paused"), (1.99, "paused"), (2.48, "driving")]
+    bag = write_with(
+        tmp_path / "bag",
+        [(seconds, "/state", said(state)) for seconds, state in states],
+        [(1.96, 0.2097), (2.21, 0.0), (2.46, 0.0), (2.96, 0.2097)],
+    )
+    assert replayed(bag)[0] == OK
+
+
+def test_what_others_say_under_names_like_ours_is_ignored(replayed, tmp_path):
+    others = [
+        (1.5, "/state", said("armed")),
+        (1.6, "/waypoints", said("north, then east")),
+    ]
+    assert replayed(write_with(tmp_path / "bag", others, [(2.96, 0.2097)]))[0] == OK
+    number = (1.5, "/state", lambda types: types["std_msgs/msg/Int32"](3))
+    assert replayed(write_with(tmp_path / "number", [number], [(2.96, 0.2097)]))[0] == OK
 
 
 def ros1(path, readings):

@@ -148,6 +148,16 @@ def test_a_pause_is_no_lack_of_progress():
     drive.until(lambda: drive.navigation.state is State.ARRIVED)
 
 
+def test_a_drive_can_be_held_before_odometry_comes():
+    drive = Drive(route())
+    drive.navigation.pause()
+    assert drive.navigation.state is State.PAUSED
+    drive.until(lambda: drive.now > 2.0)
+    assert set(drive.twists) == {STOP}
+    drive.navigation.resume()
+    drive.until(lambda: drive.navigation.state is State.ARRIVED)
+
+
 def test_what_makes_no_sense_is_refused_with_the_state():
     track = Navigation(Settings.of({}))
     for act in (track.pause, track.resume):

@@ -8,8 +8,9 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -80,29 +81,29 @@ def watched(file: Path, configuration: Configuration) -> Any:
         stack.callback(rclpy.try_shutdown)
         observer = Observer(configuration)
         stack.callback(observer.destroy_node)
-        processes = {"fake_robot": stack.enter_context(_node("fake_robot", file))}
-        # Whoever misses the first odometry takes a later pose for the start.
-        _spin(observer, processes, interrupted, lambda: observer.believed and observer.path)
-        processes["navigator"] = stack.enter_context(_node("navigator", file))
-        _spin(
-            observer,
-            processes,
-            interrupted,
-            lambda: observer.done or observer.seconds >= TIME_LIMIT,
-        )
+        processes: Processes = {}
+        stack.callback(_end, processes)
+        spin = partial(_spin, observer, processes, interrupted)
+        processes["navigator"] = _started("navigator", file)
+        spin(observer.hold)
+        processes["fake_robot"] = _started("fake_robot", file)
+        spin(lambda: observer.hears_all)
+        spin(observer.let_go)
+        spin(lambda: observer.done or observer.seconds >= TIME_LIMIT)
     return observer
 
 
-@contextmanager
-def _node(name: str, file: Path) -> Iterator["subprocess.Popen[bytes]"]:
-    """Run a node of this package; the navigator, started last, is the first to be stopped."""
+def _started(name: str, file: Path) -> "subprocess.Popen[bytes]":
+    """Start a node of this package."""
     command = [sys.executable, "-m", f"tbot_gradnav.{name}"]
-    process = subprocess.Popen(
+    return subprocess.Popen(
         [*command, "--ros-args", "--params-file", str(file)], start_new_session=True
     )
-    try:
-        yield process
-    finally:
+
+
+def _end(processes: Processes) -> None:
+    """End the nodes one by one; the navigator, started first, while the robot still hears it."""
+    for process in processes.values():
         process.send_signal(signal.SIGINT)
         try:
             process.wait(GRACE)
@@ -117,8 +118,7 @@ def _spin(
     """Listen and show progress until a condition holds; raise GradnavError if something fails."""
     import rclpy
 
-    heard, reported, count = time.monotonic(), 0.0, 0
-    farthest = 0.0
+    heard, reported, count, farthest = time.monotonic(), 0.0, len(observer.path), 0.0
     while not until():
         rclpy.spin_once(observer, timeout_sec=0.1)
         if interrupted.is_set():
@@ -127,12 +127,13 @@ def _spin(
         if len(observer.path) > count:
             heard, count = now, len(observer.path)
             farthest = max(farthest, observer.distance)
-            if now - reported > REPORT_PERIOD:
+            if observer.under_way and now - reported > REPORT_PERIOD:
                 reported = now
                 print(_progress(observer, farthest), flush=True)
         observer.refuse_company()
         if now - heard > SILENCE:
-            raise GradnavError(f"the fake robot has been silent for {SILENCE:g} s")
+            missing = "the fake robot" if "fake_robot" in processes else "the navigator"
+            raise GradnavError(f"nothing heard of {missing} for {SILENCE:g} s")
         for name, process in processes.items():
             if process.poll() is not None:
                 raise GradnavError(f"the {name} ended by itself with status {process.returncode}")
@@ -140,13 +141,11 @@ def _spin(
 
 def _progress(observer: Any, farthest: float) -> str:
     done = round(BAR * (1.0 - observer.distance / max(farthest, 1e-9)))
-    # until discovery has found the navigator, the robot may drive by commands not heard here
-    twist = observer.twist
-    command = f", v {twist.v:+.2f} m/s, omega {twist.omega:+.2f} rad/s" if twist else ""
+    v, omega = observer.twist
     near = f", clearance {observer.clearance:.2f} m" if np.isfinite(observer.clearance) else ""
     return (
         f"[{'#' * done}{'.' * (BAR - done)}] {observer.seconds:5.1f} s, goal "
-        f"{observer.distance:.2f} m away{command}{near}"
+        f"{observer.distance:.2f} m away, v {v:+.2f} m/s, omega {omega:+.2f} rad/s{near}"
     )
 
 

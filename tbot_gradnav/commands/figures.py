@@ -59,7 +59,5 @@ def _driven(name: str) -> Group:
     observer = demo.watched(path, Configuration.of(parameter_file.read(path)))
     way = np.array([(p.x, p.y, p.theta) for p in observer.path]).T
     outcome = "collided" if observer.collided else "arrived" if observer.arrived else "not arrived"
-    moving = np.any(way != way[:, :1], axis=0)
-    begin = max(0, int(np.argmax(moving)) - 1)  # it stands until the navigator is there
-    t = np.array(observer.times)[begin:]
-    return [figures.run_of(settings, t - t[0], way[:, begin:], outcome, settings.initial_pose[2])]
+    t = np.array(observer.times)
+    return [figures.run_of(settings, t, way, outcome, settings.initial_pose[2])]
