@@ -51,7 +51,9 @@ class Description(Checked):
 
     image: str = field("", Text("image file, relative to this file"))
     resolution: float = field(0.0, Number("side of a pixel", "m", above=0.0))
-    origin: tuple[float, ...] = field((), Numbers("lower left corner", "m, m, rad", (3,)))
+    origin: tuple[float, ...] = field(
+        (), Numbers("lower left corner", "m, m, rad", (3,), poses=True)
+    )
     occupied_thresh: float = field(0.65, Number("occupied above", at_least=0.0, at_most=1.0))
     free_thresh: float = field(0.25, Number("free below", at_least=0.0, at_most=1.0))
     negate: bool = field(False, Flag("whether white is occupied"))

@@ -85,6 +85,10 @@ class Number:
         return number
 
 
+# Whoever gives 90 means degrees; figures of the paper show two turns.
+YAW = Number("by which it is turned", "rad", at_least=-12.57, at_most=12.57)
+
+
 @dataclass(frozen=True)
 class Integer:
     """An integer."""
@@ -175,12 +179,14 @@ class Numbers:
     lengths: tuple[int, ...] = ()
     rows: int = 1
     at_most: int | None = None  # rows
+    poses: bool = False  # whether every third is a yaw [rad]
 
     def allowed(self) -> str:
         """Return the lengths in words."""
         lengths = " or ".join(str(length) for length in self.lengths) or f"n times {self.rows}"
         bound = "" if self.at_most is None else f", n at most {self.at_most}"
-        return f"must be a list of {lengths} finite numbers{bound} [{self.unit}]"
+        yaw = ", any yaw at most 12.57 in size" if self.poses else ""
+        return f"must be a list of {lengths} finite numbers{bound}{yaw} [{self.unit}]"
 
     def check(self, name: str, value: object) -> tuple[float, ...]:
         """Return the numbers as a tuple of floats."""
@@ -188,9 +194,12 @@ class Numbers:
             raise ParameterError(name, value, self.allowed())
         element = Number(self.about, self.unit)
         try:
-            return tuple(element.check(name, item) for item in value)
+            numbers = tuple(element.check(name, item) for item in value)
+            for yaw in numbers[2::3] if self.poses else ():
+                YAW.check(name, yaw)
         except ParameterError as error:
             raise ParameterError(name, list(value), self.allowed()) from error
+        return numbers
 
     def _fits(self, length: int) -> bool:
         if self.lengths:

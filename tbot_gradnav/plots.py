@@ -31,23 +31,34 @@ TITLE = 0.2  # [in] what title and labels take more of the height than of the wi
 WALL_SHADE, UNKNOWN_SHADE = 0.2, 0.75  # 0 is black
 
 
+def picture(path: Path | str) -> Path:
+    """Return the path of a picture to be drawn.
+
+    Raises GradnavError where matplotlib is missing, or for a kind of file that it cannot write.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise GradnavError("pictures need matplotlib: pip install tbot_gradnav[plot]") from error
+    kind, kinds = Path(path).suffix.lstrip("."), Figure().canvas.get_supported_filetypes()
+    if kind not in kinds:
+        raise GradnavError(f"{path}: no such kind of picture; it must end in .{', .'.join(kinds)}")
+    return Path(path)
+
+
 @contextmanager
 def figure(path: Path | str, width: float = 7.0, height: float = 7.0, **grid: Any) -> Iterator[Any]:
     """Give the axes of a new figure (an array of them if `grid` has rows), saved to `path` after.
 
     Raises GradnavError where matplotlib is missing or the picture cannot be written.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise GradnavError("pictures need matplotlib: pip install tbot_gradnav[plot]") from error
+    target = picture(path)
+    from matplotlib.figure import Figure
+
     drawing = Figure(figsize=(width, height), layout="constrained")
-    kind, kinds = Path(path).suffix.lstrip("."), drawing.canvas.get_supported_filetypes()
-    if kind not in kinds:
-        raise GradnavError(f"{path}: no such kind of picture; it must end in .{', .'.join(kinds)}")
     yield drawing.subplots(**grid)
-    with written_whole(path) as temporary:
-        drawing.savefig(temporary, dpi=130, format=kind)
+    with written_whole(target) as temporary:
+        drawing.savefig(temporary, dpi=130, format=target.suffix.lstrip("."))
 
 
 def draw_world(ax: Any, world: World, goal_heading: tuple[float, float] | None = None) -> None:

@@ -49,7 +49,7 @@ def run(make: Callable[[], N], close: Callable[[N], None], arguments: Sequence[s
         node = make()
     except GradnavError as error:
         rclpy.try_shutdown()
-        print(error, file=sys.stderr)
+        print(f"{Path(arguments[0]).stem}: {error}", file=sys.stderr)
         return 2
     try:
         executor = EventsExecutor()  # half the processor time of SingleThreadedExecutor

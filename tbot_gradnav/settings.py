@@ -66,6 +66,7 @@ class Settings(Checked):
             "x, y of the goal in the world frame, and yaw if it matters; empty: wait for goal_pose",
             "m, rad",
             (0, 2, 3),
+            poses=True,
         ),
     )
     waypoints: tuple[float, ...] = field(
@@ -82,11 +83,16 @@ class Settings(Checked):
     )
     initial_pose: tuple[float, ...] = field(
         (0.0, 0.0, 0.0),
-        Numbers("x, y, yaw in the world frame at the first odometry", "m, rad", (3,)),
+        Numbers("x, y, yaw in the world frame at the first odometry", "m, rad", (3,), poses=True),
     )
     starts: tuple[float, ...] = field(
         (),
-        Numbers("more starts, for gradnav simulate and figures: x, y, yaw each", "m, rad", rows=3),
+        Numbers(
+            "more starts, for gradnav simulate and figures: x, y, yaw each",
+            "m, rad",
+            rows=3,
+            poses=True,
+        ),
     )
     robot_radius: float = field(
         0.105, Number("obstacles and boundary are inflated by it", "m", at_least=0.0)

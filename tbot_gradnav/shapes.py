@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav.errors import ParameterError
-from tbot_gradnav.parameters import Checked, Number, Numbers, field
+from tbot_gradnav.parameters import YAW, Checked, Number, Numbers, field
 from tbot_gradnav.unicycle import Floats
 
 Array = NDArray[np.float64]
@@ -146,7 +146,7 @@ class Box(Cornered):
     y: float = field(0.0, Number("centre", "m"))
     width: float = field(1.0, Number("full side along its own x", "m", at_least=SMALLEST))
     height: float = field(1.0, Number("full side along its own y", "m", at_least=SMALLEST))
-    yaw: float = field(0.0, Number("by which it is turned", "rad"))
+    yaw: float = field(0.0, YAW)
 
     @cached_property
     def corners(self) -> Array:
@@ -163,7 +163,7 @@ class Ellipse(Round):
 
     semi_x: float = field(1.0, Number("half axis along its own x", "m", at_least=SMALLEST))
     semi_y: float = field(1.0, Number("half axis along its own y", "m", at_least=SMALLEST))
-    yaw: float = field(0.0, Number("by which it is turned", "rad"))
+    yaw: float = field(0.0, YAW)
 
     def distance(self, x: Floats, y: Floats) -> Distance:
         """Return the distance of points.

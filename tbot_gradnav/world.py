@@ -119,7 +119,7 @@ class World:
         circles = [f"obstacles.{n}" for n, s in self.obstacles.items() if isinstance(s, Circle)]
         others = [f"obstacles.{n}" for n, s in self.obstacles.items() if not isinstance(s, Circle)]
         walls = ["the boundary"] * len(self._walls[0]) if self._room else []
-        mapped = ["a wall, or what is unknown, of the map"] if self.walls else []
+        mapped = ["a wall of the map, or what is unknown or beyond it"] if self.walls else []
         return [*circles, *(["the boundary"] * self._disc), *others, *walls, *mapped]
 
     def distances(self, x: Floats, y: Floats) -> Distances:

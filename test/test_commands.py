@@ -110,7 +110,8 @@ def test_every_law_can_be_asked_for(tmp_path):
         (["nine_navigation_function.yaml", "--start", "5", "0", "0"], ["outside the boundary"]),
         (["position.yaml", "--json", "/proc/none/x.json"], ["/proc/none/x.json"]),
         (["position.yaml", "--plot", "/proc/none/x.png"], ["/proc/none/x.png"]),
-        (["position.yaml", "--plot", "picture.xyz"], ["picture.xyz"]),
+        (["position.yaml", "--plot", "picture.xyz", "--random", "999999999"], ["picture.xyz"]),
+        (["position.yaml", "--start", "0", "0", "90"], ["--start", "at most 12.57"]),
         (["."], ["directory"]),
     ],
 )

@@ -112,6 +112,11 @@ REFUSED = {
         {**ONE, "obstacles.a.radios": 0.1},
         ["obstacles.a.radios", "0.1", "did you mean obstacles.a.radius?"],
     ),
+    "degrees": ({"initial_pose": [0, 0, 90]}, ["initial_pose", "[0, 0, 90]", "at most 12.57"]),
+    "degrees of a later start": (
+        {"starts": [0, 0, 1, 0, 1, -45]},
+        ["starts", "-45", "any yaw at most 12.57"],
+    ),
     "text for a number": ({"k_v": "fast"}, ["k_v", "'fast'", "number"]),
     "bool for a number": ({"k_v": True}, ["k_v", "True", "number"]),
     "list for a number": ({"k_v": [0.5]}, ["k_v", "[0.5]", "number"]),

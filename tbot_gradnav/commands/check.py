@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tbot_gradnav import certify, shipped
+from tbot_gradnav import certify, plots, shipped
 from tbot_gradnav.certify import Landscape
 from tbot_gradnav.files import write_json
 from tbot_gradnav.potentials import AttractiveRepulsive, Map, NavigationFunction, Potential
@@ -36,7 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command line."""
     parser.add_argument("file", help="parameter file")
     parser.add_argument("--json", metavar="OUT", help="write the verdict")
-    parser.add_argument("--plot", metavar="PNG", help="draw critical points and basins")
+    parser.add_argument(
+        "--plot", type=plots.picture, metavar="PNG", help="draw critical points and basins"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -179,8 +181,6 @@ def _from_goal(found: Landscape, x: float, y: float) -> float:
 
 
 def _plot(path: str, verdict: Verdict) -> None:
-    from tbot_gradnav import plots
-
     with plots.figure(path) as ax:
         plots.draw_potential(ax, verdict.found.potential)
         plots.draw_world(ax, verdict.settings.world)

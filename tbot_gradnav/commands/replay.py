@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from tbot_gradnav import bags, parameter_file, shipped
+from tbot_gradnav import bags, parameter_file, plots, shipped
 from tbot_gradnav.files import write_json
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.parameters import Number
@@ -32,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", help="parameter file")
     parser.add_argument("--out", metavar="BAG", help="write odometry and computed commands")
     parser.add_argument("--json", metavar="OUT", help="write the figures")
-    parser.add_argument("--plot", metavar="PNG", help="draw commands, differences and path")
+    parser.add_argument(
+        "--plot", type=plots.picture, metavar="PNG", help="draw commands, differences and path"
+    )
     for name, unit, default in (("v", "m/s", TOLERANCE_V), ("omega", "rad/s", TOLERANCE_OMEGA)):
         parser.add_argument(
             f"--tolerance-{name}", type=float, default=default, metavar="D",
@@ -150,8 +152,6 @@ def _words(replay: Replay, duration: float) -> list[str]:
 
 def _plot(path: str, settings: Settings, track: Track) -> None:
     """Draw v and omega with their differences on the left, the path on the right."""
-    from tbot_gradnav import plots
-
     with plots.figure(path, width=11.0, height=6.5, ncols=2, nrows=4, sharex="col") as axes:
         _draw_commands(axes[:, 0], track.samples)
         grid = axes[0, 1].get_gridspec()

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from tbot_gradnav import parameter_file, shipped
+from tbot_gradnav import parameter_file, plots, shipped
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.errors import GradnavError, ParameterError
 from tbot_gradnav.files import write_json
@@ -36,7 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--law", help="another law than the file's; radial sets k_omega = 2 k_v")
     parser.add_argument("--potential", help="another potential than the file's")
     parser.add_argument("--json", metavar="OUT", help="write what became of each robot")
-    parser.add_argument("--plot", metavar="PNG", help="draw the paths over the potential")
+    parser.add_argument(
+        "--plot", type=plots.picture, metavar="PNG", help="draw the paths over the potential"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -118,7 +120,7 @@ def _starts(options: argparse.Namespace, settings: Settings) -> Pose:
 
 
 def _start(words: list[str], settings: Settings) -> tuple[float, ...]:
-    numbers = Numbers("", "m, m, rad", (3,))
+    numbers = Numbers("", "m, m, rad", (3,), poses=True)
     try:
         start = numbers.check("--start", [float(word) for word in words])
     except ValueError as error:
@@ -129,8 +131,6 @@ def _start(words: list[str], settings: Settings) -> tuple[float, ...]:
 
 
 def _plot(path: str | Path, controller: Controller, runs: Runs) -> None:
-    from tbot_gradnav import plots
-
     with plots.figure(path, height=plots.height(controller.settings.world)) as ax:
         plots.draw_potential(ax, controller.potential)
         plots.draw_world(ax, controller.settings.world, controller.settings.goal_heading)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tbot_gradnav import study
+from tbot_gradnav import plots, study
 from tbot_gradnav.controller import Controller
 from tbot_gradnav.files import written_whole
 from tbot_gradnav.parameters import Integer
@@ -63,7 +63,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--seed", type=int, default=1, help="seed of the starts (%(default)s)")
     parser.add_argument("--json", metavar="OUT", help="write all numbers")
-    parser.add_argument("--plot", metavar="PNG", help="draw why eq. (22) as printed collides")
+    parser.add_argument(
+        "--plot", type=plots.picture, metavar="PNG", help="draw why eq. (22) as printed collides"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -144,8 +146,6 @@ def _numbers(rows: Sequence[Mapping[str, float]]) -> list[list[str]]:
 
 def _plot(path: str) -> None:
     """Draw one start over psi and over U: the circle of eq. (30), and what is driven."""
-    from tbot_gradnav import plots
-
     table = study.TABLES[0]
     cases = {case.name: case for case in table.cases}
     with plots.figure(path, 11.0, 5.85, ncols=2, sharex=True, sharey=True) as axes:
@@ -167,8 +167,6 @@ def _plot(path: str) -> None:
 
 def _draw_circle(ax: Any, controller: Controller) -> None:
     """Draw the circle of eq. (30), what of it is driven, and the collision."""
-    from tbot_gradnav import plots
-
     x, y, theta = PICTURED
     left = x * math.sin(theta) - y * math.cos(theta)  # rho sin beta
     radius = (x * x + y * y) / (2.0 * left)
@@ -186,8 +184,6 @@ def _draw_circle(ax: Any, controller: Controller) -> None:
 
 
 def _draw_descent(ax: Any, controller: Controller) -> None:
-    from tbot_gradnav import plots
-
     path = _driven(controller)
     plots.draw_path(ax, path, arrows=4, color=BLUE, lw=2.2, ls="--", path_effects=plots.casing())
 
