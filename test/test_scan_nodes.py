@@ -31,7 +31,7 @@ driver_quirks: true
 def test_a_robot_finds_its_way_by_its_lidar(graph, parameter_file):
     from geometry_msgs.msg import PoseStamped
 
-    file = parameter_file(SCAN + "real_time_factor: 3.0\nuse_sim_time: true")
+    file = parameter_file(SCAN)
     truth = graph.listen(PoseStamped, "ground_truth")
     robot = graph.start("fake_robot", "--ros-args", "--params-file", file)
     navigator = graph.start("navigator", "--ros-args", "--params-file", file)
