@@ -34,15 +34,32 @@ class Event(NamedTuple):
 
 
 class Bag:
-    """An open bag (rosbag2 sqlite3 or mcap, ROS 1)."""
+    """An open bag (rosbag2 sqlite3 or mcap, ROS 1), of a robot in any namespace."""
 
     def __init__(self, path: Path, reader: Any) -> None:
         self._path = path
         self._reader = reader
-        self._connections = [c for c in reader.connections if _is_used(path, c)]
+        self._namespace = _namespace({c.topic for c in reader.connections})
+        self._connections = [c for c in reader.connections if self._is_used(c)]
         if not self.count("/odom"):
             topics = ", ".join(sorted({c.topic for c in reader.connections})) or "none"
             raise GradnavError(f"{path}: no messages on topic /odom (topics: {topics})")
+
+    def _is_used(self, connection: Any) -> bool:
+        """Return whether a topic matters here. Raises GradnavError if so, but of another type."""
+        name, kind = self._name(connection), connection.msgtype
+        if name not in TOPICS or kind in TOPICS[name]:
+            return name in TOPICS
+        if name in COMMON_NAMES:
+            return False
+        raise GradnavError(
+            f"{self._path}: topic {connection.topic} is of type {kind}; must be "
+            + " or ".join(TOPICS[name])
+        )
+
+    def _name(self, connection: Any) -> str:
+        """Return the name of a topic as TOPICS has it."""
+        return str(connection.topic).removeprefix(self._namespace)
 
     @property
     def start(self) -> int:
@@ -56,14 +73,14 @@ class Bag:
 
     def count(self, topic: str) -> int:
         """Return how many messages a topic has, by the bag's own account."""
-        return sum(c.msgcount for c in self._connections if c.topic == topic)
+        return sum(c.msgcount for c in self._connections if self._name(c) == topic)
 
     def events(self, scans: bool = False) -> Iterator[Event]:
         """Yield the messages in the order of their recording, those of /scan only if wanted.
 
         Raises GradnavError if the bag is damaged.
         """
-        wanted = [c for c in self._connections if scans or c.topic != "/scan"]
+        wanted = [c for c in self._connections if scans or self._name(c) != "/scan"]
         for connection, recorded, data in _undamaged(self._path, self._reader.messages(wanted)):
             try:
                 message = self._reader.deserialize(data, connection.msgtype)
@@ -71,7 +88,7 @@ class Bag:
             except Exception as error:  # of whatever kind a broken message brings about
                 raise _damaged(self._path, error) from error
             try:
-                content = _content(connection.topic, message)
+                content = _content(self._name(connection), message)
             except GradnavError as error:
                 content = error
             yield Event(recorded, content, cdr)
@@ -80,17 +97,10 @@ class Bag:
         return bytes(self._reader.default_typestore.ros1_to_cdr(ros1, kind))
 
 
-def _is_used(path: Path, connection: Any) -> bool:
-    """Return whether a topic matters here. Raises GradnavError if it does but has another type."""
-    kinds = TOPICS.get(connection.topic, ())
-    if connection.msgtype in kinds:
-        return True
-    if not kinds or connection.topic in COMMON_NAMES:
-        return False
-    raise GradnavError(
-        f"{path}: topic {connection.topic} is of type {connection.msgtype}; must be "
-        + " or ".join(kinds)
-    )
+def _namespace(topics: set[str]) -> str:
+    """Return the namespace of the only robot in a bag; "" where there is none, or several."""
+    robots = [topic.removesuffix("/odom") for topic in topics if topic.endswith("/odom")]
+    return robots[0] if len(robots) == 1 else ""
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
+from rclpy.time import Time
 
 from tbot_gradnav import ros
 from tbot_gradnav.command_publisher import (
@@ -45,7 +46,7 @@ class CmdVelWatchdog(Node):
         configuration = ros.declare(self, PARAMETERS)
         self._timeout = configuration.watchdog.watchdog_timeout
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._heard = self._steady.now()
+        self._heard: Time | None = None  # when the last command came
         self._driving = False  # whether the last command was to move
         self._said = False
         self._kind: str | None = None  # None: not on the topic
@@ -79,7 +80,7 @@ class CmdVelWatchdog(Node):
         elif self._kind is not None and wanted and self._kind not in wanted:
             self.destroy_publisher(self._publisher)
             self.destroy_subscription(self._subscription)
-            self._kind = None
+            self._kind = self._heard = None
 
     def _join(self, kind: str) -> None:
         self._kind = kind
@@ -93,12 +94,16 @@ class CmdVelWatchdog(Node):
 
     def _on_command(self, message: TwistMessage | TwistStamped) -> None:
         twist = message.twist if isinstance(message, TwistStamped) else message
+        if self._heard is None:
+            self.get_logger().info("commands are heard")
         self._heard = self._steady.now()
         self._driving = twist != TwistMessage()
         self._said = self._said and self._driving
 
     def _check(self) -> None:
         """Stop the robot for as long as our own zero velocity has not been heard either."""
+        if self._heard is None:
+            return
         silent = (self._steady.now() - self._heard).nanoseconds * 1e-9
         if self._driving and silent > self._timeout:
             self._stop()

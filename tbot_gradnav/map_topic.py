@@ -22,7 +22,7 @@ class MapTopic:
     """Hands each map over once the distances from its walls are known.
 
     That takes a while and is done in a thread of its own; of maps that come meanwhile only the
-    last is taken.
+    last is taken, and none that is like the one before.
     """
 
     def __init__(self, node: Node, frame: str, take: Callable[[Occupancy], None]) -> None:
@@ -30,6 +30,7 @@ class MapTopic:
         self._looks, self._came = 0, False
         self._next: OccupancyGrid | None = None
         self._found: Occupancy | GradnavError | None = None
+        self._last: Occupancy | None = None  # that was handed over
         self._thread: threading.Thread | None = None
         self._subscription = node.create_subscription(OccupancyGrid, "map", self._on_map, LATCHED)
         self._timer = node.create_timer(
@@ -60,8 +61,9 @@ class MapTopic:
         if self._thread is not None and not self._thread.is_alive():
             found, self._found, self._thread = self._found, None, None
             if isinstance(found, Occupancy):
+                self._last = found
                 self._take(found)
-            else:
+            elif found is not None:
                 self._node.get_logger().error(f"map refused: {found}")
         if self._next is not None and self._thread is None:
             message, self._next = self._next, None
@@ -71,7 +73,8 @@ class MapTopic:
     def _measure(self, message: Any) -> None:
         try:
             occupancy = Occupancy.of(message)
-            _ = walls(occupancy).depth
-            self._found = occupancy
+            if self._last is None or not occupancy.is_like(self._last):
+                _ = walls(occupancy).depth
+                self._found = occupancy
         except Exception as error:
             self._found = GradnavError(str(error))

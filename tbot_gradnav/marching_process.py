@@ -12,11 +12,14 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from functools import cached_property
+from queue import LifoQueue
 from typing import BinaryIO
+from weakref import ref
 
 import numpy as np
 from numpy.typing import NDArray
 
+from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.fast_marching import Task, march
 
 Array = NDArray[np.float64]
@@ -32,7 +35,7 @@ class Marching:
     def begin(self) -> None:
         """Begin in the background."""
         if self._begun is None and "phi" not in self.__dict__:
-            self._begun = _marched(self)
+            self._begun = _worker.ask(self)
 
     @property
     def ready(self) -> bool:
@@ -58,51 +61,65 @@ class Marching:
 
 
 class _Worker:
-    """The process, started at the first task and again should it have ended."""
+    """The process and the thread that asks it: the newest task first, none that is not waited for.
+
+    The process is started at the first task, and once more should it end over one. A field is
+    never made in our own process instead: it would stop for as long as that takes.
+    """
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._tasks: LifoQueue[tuple[ref[Marching], Future[Array]]] = LifoQueue()
+        self._thread = threading.Thread(target=self._work, daemon=True)
         self._process: subprocess.Popen[bytes] | None = None
 
-    def march(self, task: Task) -> Array:
-        """Return the field. Raises OSError or EOFError where the process fails."""
-        with self._lock:
-            if self._process is None or self._process.poll() is not None:
-                self._process = subprocess.Popen(
-                    [sys.executable, "-m", __spec__.name],
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    start_new_session=True,  # away from the terminal's signals
-                )
-            assert self._process.stdin is not None
-            assert self._process.stdout is not None
+    def ask(self, marching: Marching) -> "Future[Array]":
+        """Return the field to come."""
+        future: Future[Array] = Future()
+        self._tasks.put((ref(marching), future))
+        if self._thread.ident is None:
+            self._thread.start()
+        return future
+
+    def _work(self) -> None:
+        while True:
+            waiting, future = self._tasks.get()
+            if (marching := waiting()) is None:
+                continue
             try:
-                pickle.dump(task, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
-                self._process.stdin.flush()
-                phi: Array = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
-            except BaseException:
-                self._process.kill()  # what is left in its pipes answers no later question
-                raise
-            return phi
+                future.set_result(self._marched(marching.task))
+            except Exception as error:
+                future.set_exception(error)
+            del marching  # while we wait for another
+
+    def _marched(self, task: Task) -> Array:
+        """Return the field. Raises GradnavError."""
+        for _ in range(2):
+            with contextlib.suppress(OSError, EOFError, pickle.PickleError):
+                return self._asked(task)
+        raise GradnavError("no field: the process that makes it ends at once; not enough memory?")
+
+    def _asked(self, task: Task) -> Array:
+        if self._process is None:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", __spec__.name],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # away from the terminal's signals
+            )
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
+        try:
+            pickle.dump(task, self._process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            self._process.stdin.flush()
+            phi: Array = pickle.load(self._process.stdout)  # noqa: S301 (our own process)
+        except BaseException:
+            self._process.kill()  # what is left in its pipes answers no later question
+            self._process = None
+            raise
+        return phi
 
 
 _worker = _Worker()
-
-
-def _marched(marching: Marching) -> "Future[Array]":
-    """Return the field to come."""
-    future: Future[Array] = Future()
-
-    def work() -> None:
-        try:
-            future.set_result(_worker.march(marching.task))
-        except (OSError, EOFError, pickle.PickleError):
-            future.set_result(march(marching.task))  # late is better than never
-        except BaseException as error:
-            future.set_exception(error)
-
-    threading.Thread(target=work, daemon=True).start()
-    return future
 
 
 def serve(questions: BinaryIO, answers: BinaryIO) -> None:

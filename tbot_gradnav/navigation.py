@@ -47,13 +47,11 @@ class Outcome(NamedTuple):
 class Navigation:
     """A controller with its memory: where the odometry frame is, the gear, how the drive goes.
 
-    With `background` a potential that takes long to make is made there, while the robot stands;
-    but the first, with nothing under way yet, when it is first asked for.
+    A potential that takes long to make is made when it is first asked for, or, `in_background`,
+    while the robot stands.
     """
 
-    def __init__(
-        self, settings: Settings, world_frame: str = "map", background: bool = False
-    ) -> None:
+    def __init__(self, settings: Settings, world_frame: str = "map") -> None:
         self.odometry = Odometry(settings.start, settings.limits, world_frame)
         self.settings = settings
         self.pose: Pose | None = None  # in the world, by the last odometry
@@ -65,9 +63,9 @@ class Navigation:
         self._sightings = Sightings()
         self._sweep: Sweep | None = None  # the last, until odometry tells where it was taken
         self._looked = -math.inf  # [s] stamp of the last sweep that was placed
+        self._too_old = 0.0  # [s] by how much the last sweep was, where it could not be placed
         self._background = False
         self.restart()
-        self._background = background
 
     @property
     def state(self) -> State:
@@ -125,11 +123,15 @@ class Navigation:
         else:
             self._head_for(self._leg)
 
-    def prepare(self) -> None:
-        """Begin, in the background, what takes long of the way to the goal or the next two legs."""
-        self._controller.potential.prepare()
-        for soon in self._legs[self._leg : self._leg + 2]:
-            soon.potential.prepare()
+    def in_background(self) -> None:
+        """Make potentials that take long in the background from now on."""
+        self._background = True
+        self._prepare(self._leg)
+        self._controller = self._legs[self._leg].seeing(self._sightings.points)
+
+    def cancel(self) -> None:
+        """Give up the goal, whatever the settings say, until others have another."""
+        self._state, self._paused, self._waiting, self._turning = State.IDLE, False, False, False
 
     def restart(self) -> None:
         """Set out for the goal anew: choose the gear again, and forget how the last drive ended."""
@@ -172,6 +174,7 @@ class Navigation:
         if not self._controller.potential.ready:  # asked after a waypoint may have been passed
             self._wait()
             return Outcome(pose, STOP, notices)
+        self._prepare(self._leg + 1)
         if self._gear is None:
             self._gear = self._controller.gear(pose)
         v, omega = map(float, self._controller.command(pose, self._gear))
@@ -187,6 +190,7 @@ class Navigation:
         if self._sweep is None or self._sweep.stamp > now:
             return
         pose = self.odometry.at(self._sweep.stamp)
+        self._too_old = now - self._sweep.stamp if pose is None else 0.0
         if pose is not None:
             lidar = pose.compose(Pose(self.settings.lidar_x, 0.0, 1.0, 0.0))
             if np.isfinite(self._sweep.measured).any():  # else it may be covered
@@ -204,6 +208,8 @@ class Navigation:
         text = f"stopped: no lidar scan that shows anything for {BLIND:g} s"
         if self._sweep is not None:
             text += f"; the last is stamped {self._sweep.stamp - now:.3g} s after the odometry"
+        elif self._too_old:
+            text += f"; the last is {self._too_old:.3g} s older than the odometry, which is too old"
         return text
 
     def _judged(self, stamp: float, pose: Pose) -> list[Notice]:
@@ -229,10 +235,14 @@ class Navigation:
     def _head_for(self, leg: int) -> None:
         """Steer for a waypoint or, on the last leg, the goal."""
         self._leg = leg
-        for soon in self._legs[leg : leg + 2] if self._background else []:
-            soon.potential.prepare()
+        self._prepare(leg)
         self._controller = self._legs[leg].seeing(self._sightings.points)
         self._progress = _Progress()
+
+    def _prepare(self, leg: int) -> None:
+        """Begin with what takes long of a leg, if there is such a leg and it is to be driven."""
+        if self._background and self._state is State.DRIVING and leg < len(self._legs):
+            self._legs[leg].potential.prepare()
 
     def _complaint(self, pose: Pose, distance: float) -> str:
         potential = self._controller.potential

@@ -4,6 +4,7 @@
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 from nav_msgs.msg import Odometry as OdometryMessage
@@ -58,12 +59,11 @@ class Navigator(Node):
         )
         self._configuration = ros.declare(self, fixed=FIXED)
         options = self._configuration.navigator
-        self._navigation = Navigation(
-            self._configuration.settings, options.world_frame, background=True
-        )
-        if self._navigation.potential.ready:  # what takes long is done before odometry comes
+        self._navigation = Navigation(self._configuration.settings, options.world_frame)
+        if self._navigation.has_drive and self._navigation.potential.ready:
+            # What takes long is done before odometry comes.
             self._navigation.potential(*self._configuration.settings.initial_pose[:2])
-            self._navigation.prepare()  # and all that comes after, in the background
+        self._navigation.in_background()  # and all that comes after
         self._commands = CommandPublisher(self, options.cmd_vel_type)
         self._company = Company(self)
         self._checked = self._configuration  # parameters that have passed, to be taken next
@@ -76,10 +76,8 @@ class Navigator(Node):
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._take_parameters)
         self._odometry = self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
-        self._goals = Goals(self, self._navigation)
-        self._supervision = Supervision(
-            self, self._navigation, lambda: self._commands.publish(STOP), self._goals.forget
-        )
+        self._goals = Goals(self, self._navigation, self._halt)
+        self._supervision = Supervision(self, self._navigation, self._halt, self._goals.forget)
         self._health = Health(self, self._navigation, lambda: self._seconds() - self._heard)
         transform = WorldTransform(self, self._navigation.odometry) if options.publish_tf else None
         self._visuals = Visuals(self, self._navigation, transform)
@@ -90,9 +88,12 @@ class Navigator(Node):
         self._check = self.create_timer(CHECK_PERIOD, self._check_odometry, clock=steady)
         self._introduce()
 
+    def _halt(self) -> None:
+        self._commands.publish(STOP)
+
     def close(self) -> None:
         """Stop the robot, for good."""
-        self._commands.publish(STOP)
+        self._halt()
         self._commands.flush()
         self.get_logger().info("stopped: zero velocity published")
 
@@ -152,7 +153,7 @@ class Navigator(Node):
             self._checked = self._changed([])
         except GradnavError as error:
             self.get_logger().error(f"goal given up in a new map: {error}")
-            if self._configuration.settings.has_goal:
+            with suppress(GradnavError):  # there may be none, or the parameters may be refused
                 self._goals.forget()
             return
         self._take_parameters([])
@@ -181,7 +182,7 @@ class Navigator(Node):
     def _stop(self, kind: str, text: str) -> None:
         """Publish zero velocity, then say why."""
         if self._navigation.settings.has_goal:
-            self._commands.publish(STOP)
+            self._halt()
         self._navigation.lose_odometry()
         self._supervision.announce()
         self._sound_since, self._interrupted = None, True
@@ -202,6 +203,7 @@ class Navigator(Node):
         self._supervision.announce()
         self._describe_obstacles([p.name for p in parameters if p.value is not None])
         if settings.goal != before.goal:
+            self._goals.wait_no_more()
             self.get_logger().info(f"new goal: {_worded(settings.goal)}")
         for caution in set(settings.cautions) - set(before.cautions):
             self.get_logger().warning(caution)
@@ -220,7 +222,7 @@ class Navigator(Node):
         That may take a moment (navigation_function.k: 0 tries several), so the robot stands.
         """
         if self._navigation.has_drive:
-            self._commands.publish(STOP)
+            self._halt()
         changes = {p.name: ros.plain(p.value) for p in parameters}
         values = merged(ros.values(self), changes)
         configuration = Configuration.of(values, starting=False, topic_map=self._map)

@@ -20,7 +20,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.odometry import Odometry, Reading
+from tbot_gradnav.navigation import State
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.recording import Recorder
 from tbot_gradnav.ros import LATCHED
@@ -35,7 +35,6 @@ KINDS = {
     Path: "nav_msgs/msg/Path",
     String: "std_msgs/msg/String",
 }
-STANDING = 20.0  # [s] of its own time
 
 
 class _Heard(NamedTuple):
@@ -59,13 +58,11 @@ class Observer(Node):
         super().__init__("gradnav_demo", use_global_arguments=False)
         self._settings = configuration.settings
         self._heard: list[_Heard] = []
-        self._odometry = Odometry(self._settings.start, self._settings.limits)
         self._stamp = 0  # [ns] of the last ground truth
         self._began: int | None = None  # [ns] when it was let go
-        self._driven = 0.0  # [s] when it was last told to drive
-        self._state: str | None = None  # of the navigator
+        self._state = ""  # of the navigator
+        self._odometry = False  # whether any has come
         self.twist: Twist | None = None  # in answer to odometry
-        self.believed: Pose | None = None  # by odometry, in the world
         self.path: list[Pose] = []  # where it truly was
         self.times: list[float] = []  # [s] and when, since it was let go
         self._world_frame = configuration.navigator.world_frame
@@ -84,16 +81,22 @@ class Observer(Node):
         self._answers: dict[str, Future] = {}
 
     def hold(self) -> bool:
-        """Pause the navigator as soon as it can be asked; return whether it has agreed."""
+        """Pause the navigator as soon as it can be asked; return whether it has agreed.
+
+        Raises GradnavError where it refuses.
+        """
         return self._agreed("pause")
 
     @property
     def hears_all(self) -> bool:
         """Whether odometry, the truth, and the navigator's state and commands arrive here."""
-        return None not in (self.believed, self.twist, self._state) and bool(self.path)
+        return self._odometry and self.twist is not None and bool(self._state and self.path)
 
     def let_go(self) -> bool:
-        """Resume, and count time and path from then on; return whether the navigator has agreed."""
+        """Resume, and count time and path from then on; return whether the navigator has agreed.
+
+        Raises GradnavError where it refuses.
+        """
         if not self._agreed("resume"):
             return False
         self._began, self.path, self.times = self._stamp, self.path[-1:], [0.0]
@@ -128,22 +131,14 @@ class Observer(Node):
 
     @property
     def arrived(self) -> bool:
-        """Whether the robot stands, and by its odometry at the goal."""
-        if self.believed is None or self.twist != STOP:
-            return False
-        goal, tolerance = self._settings.goal, self._settings.xy_goal_tolerance
-        distance = np.hypot(self.believed.x - goal[0], self.believed.y - goal[1])
-        return bool(distance <= tolerance)
+        """Whether the robot has stopped at the goal."""
+        return self._state == State.ARRIVED.value and self.twist == STOP
 
     @property
     def done(self) -> bool:
-        """Whether the robot has arrived, collided or come to a stand."""
-        return self.arrived or self.collided or self.stands
-
-    @property
-    def stands(self) -> bool:
-        """Whether the robot has been told to stand for a while."""
-        return self.seconds - self._driven > STANDING
+        """Whether the robot has arrived or collided, or will not arrive."""
+        given_up = self._state in (State.STUCK.value, State.IDLE.value)
+        return self.arrived or self.collided or given_up
 
     def refuse_company(self) -> None:
         """Raise GradnavError if another robot or another driver is on this ROS domain."""
@@ -184,7 +179,12 @@ class Observer(Node):
         client = self._switches[service]
         if service not in self._answers and client.service_is_ready():
             self._answers[service] = client.call_async(Trigger.Request())
-        return service in self._answers and self._answers[service].done()
+        answer = self._answers.get(service)
+        if answer is None or not answer.done():
+            return False
+        if not answer.result().success:
+            raise GradnavError(f"the navigator refuses to {service}: {answer.result().message}")
+        return True
 
     def _listen(self, topic: str, kind: Any, callback: Any, qos: QoSProfile | int = 100) -> None:
         """Subscribe; every message is kept as it came, then handed to `callback`."""
@@ -196,9 +196,9 @@ class Observer(Node):
         self.create_subscription(kind, topic, on_message, qos, raw=True)
 
     def _on_odometry(self, message: OdometryMessage) -> int:
-        if self.believed is None:
+        if not self._odometry:
             self.twist = None  # which was the stop of a pause
-        self.believed, _ = self._odometry.update(Reading.of(message))
+        self._odometry = True
         return _ns(message.header.stamp)
 
     def _on_truth(self, message: PoseStamped) -> int:
@@ -215,8 +215,6 @@ class Observer(Node):
     def _on_command(self, message: Any) -> int:
         twist = message.twist if isinstance(message, TwistStamped) else message
         self.twist = Twist(twist.linear.x, twist.angular.z)
-        if self.twist != STOP:
-            self._driven = self.seconds
         return 0  # a Twist has no stamp
 
 

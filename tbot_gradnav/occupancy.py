@@ -71,6 +71,11 @@ class Occupancy:
         """x, y [m] and yaw [rad]."""
         return self.x, self.y, self.yaw
 
+    def is_like(self, other: "Occupancy") -> bool:
+        """Return whether another grid says the same of the same places."""
+        same = self.resolution == other.resolution and self.origin == other.origin
+        return same and np.array_equal(self.cells, other.cells)
+
     @property
     def worded(self) -> str:
         """Its size, for people."""

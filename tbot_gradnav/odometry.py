@@ -15,7 +15,8 @@ FAR = 1e6  # [m] no odometry of a small robot is beyond
 JUMP_DISTANCE = 0.1  # [m] more than twice what the limits allow, plus this, is a jump
 JUMP_ANGLE = 0.3  # [rad] likewise
 HOLE = 1.0  # [s] between two stamps
-MEMORY = 64  # messages of which the poses are kept
+MEMORY = 2.0  # [s] for which the poses are kept
+BEGUN = 0.05  # [m], [rad] at most from where odometry begins, for one that has just begun
 COS_TILT = math.cos(math.radians(30.0))
 
 
@@ -91,7 +92,8 @@ class Odometry:
     """The robot's pose in the world, xi(0) plus odometry since the first message.
 
     REP 105 asks an odometry frame to be continuous, so a pose that jumps further than the robot
-    can have moved is a reset: the robot is where it was, and the frame has moved.
+    can have moved is a reset: the robot is where it was, and the frame has moved. So is one at the
+    frame's origin after a hole: drivers begin there, and a robot hardly ever returns to it.
     """
 
     def __init__(self, initial: Pose, limits: Limits, world_frame: str = "map") -> None:
@@ -101,7 +103,7 @@ class Odometry:
         self.limits = limits  # beyond which a motion is a jump
         self._last: tuple[float, Pose] | None = None
         self._last_reading: Reading | None = None
-        self._past: deque[tuple[float, Pose]] = deque(maxlen=MEMORY)  # without jumps
+        self._past: deque[tuple[float, Pose]] = deque()  # without jumps
 
     def update(self, reading: Reading) -> tuple[Pose, list[Notice]]:
         """Return the pose in the world and what stands out. Raises BadOdometryError."""
@@ -114,6 +116,8 @@ class Odometry:
         if any(notice.kind in ("jump", "backward", "repeated") for notice in notices):
             self._past.clear()
         self._past.append(self._last)
+        while self._past[0][0] < reading.stamp - MEMORY:
+            self._past.popleft()
         self._frame_names = self._frame_names[0], reading.frame
         return self.frame.compose(pose), notices
 
@@ -176,9 +180,11 @@ class Odometry:
         if dt > HOLE:
             notices.append(Notice("hole", f"no odometry for {dt:.3g} s by its stamps"))
         moved = last.inverse().compose(pose)
-        distance, angle = math.hypot(moved.x, moved.y), abs(math.atan2(moved.sin, moved.cos))
-        if distance > _possible(JUMP_DISTANCE, self.limits.v, dt) or angle > _possible(
-            JUMP_ANGLE, self.limits.omega, dt
+        distance, angle = _size(moved)
+        anew = dt > HOLE and max(_size(pose)) <= BEGUN
+        driven = 0.0 if anew else dt
+        if distance > _possible(JUMP_DISTANCE, self.limits.v, driven) or angle > _possible(
+            JUMP_ANGLE, self.limits.omega, driven
         ):
             self.frame = self.frame.compose(last).compose(pose.inverse())
             notices.append(
@@ -189,6 +195,11 @@ class Odometry:
                 )
             )
         return notices
+
+
+def _size(pose: Pose) -> tuple[float, float]:
+    """Return how far [m] and by how much [rad] a pose is from the origin."""
+    return math.hypot(pose.x, pose.y), abs(math.atan2(pose.sin, pose.cos))
 
 
 def _possible(slack: float, limit: float, dt: float) -> float:

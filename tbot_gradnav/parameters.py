@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters as fields of frozen dataclasses that check themselves.
 
-A field made with `number`, `flag`, `choice` ... carries its default, unit, range and description.
-From that one place come the checks, the error messages, the ROS parameter descriptors and the
-table in the README.
+A field made with `field` carries its default, unit, range and description. From that one place
+come the checks, the error messages, the ROS parameter descriptors and the table in
+docs/parameters.md.
 """
 
 import dataclasses

@@ -3,7 +3,7 @@
 
 import math
 from collections import Counter, deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -87,43 +87,63 @@ class Replay:
     examples: dict[str, str] = field(default_factory=dict)  # the first notice of each kind
 
     def samples(self) -> Iterator[Sample]:
-        """Feed every message, in the order of its recording, and yield what came of it."""
+        """Feed every message, in the order of its recording, and yield what came of it.
+
+        A recorded command is judged when the next odometry comes, since what explains a stop, a
+        goal or a pause, may be recorded after it.
+        """
         options = self.configuration.navigator
         navigation = Navigation(self.configuration.settings, options.world_frame)
         recent: deque[Twist] = deque(maxlen=self.candidates)
+        commands: list[tuple[float, Event, bool]] = []  # since the last odometry; whether too late
         heard = -math.inf  # [s] when the last good odometry was recorded
         scans = navigation.settings.chosen_potential.looks
         for event in self.bag.events(scans):
             t = (event.recorded - self.bag.start) * NS
-            if isinstance(event.content, Reading):
+            content = event.content
+            if isinstance(content, Reading):
+                yield from self._judged(commands, recent)
                 self.odometry += 1
-                repeats = navigation.odometry.repeats(event.content)
-                pose, twist = self._fed(navigation, event.content)
+                repeats = navigation.odometry.repeats(content)
+                pose, twist = self._fed(navigation, content)
                 if not repeats:
                     heard = t if pose is not None else -math.inf
                 recent.append(twist or STOP)
                 yield Sample(t, event, pose, twist, None)
-            elif isinstance(event.content, list):
-                self._set_out(navigation, event.content)
-            elif isinstance(event.content, State):
-                _pause_or_resume(navigation, event.content)
-            elif isinstance(event.content, Sweep):
-                navigation.see(event.content)
-            elif isinstance(event.content, GradnavError):
-                self._note(Notice(type(event.content).__name__, str(event.content)))
-            elif isinstance(event.content, Twist):
-                self.commands += 1
-                stale = t - heard > options.odometry_timeout
-                computed = _nearest(event.content, [STOP] if stale else list(recent))
-                self.comparison.add(t, event.content, computed)
-                yield Sample(t, event, None, computed, event.content)
+            elif isinstance(content, list):
+                self._set_out(navigation, content)
+                recent.append(STOP)  # while it looks whether it can
+            elif isinstance(content, State):
+                if _pause_or_resume(navigation, content):
+                    recent.append(STOP)
+            elif isinstance(content, Sweep):
+                navigation.see(content)
+            elif isinstance(content, GradnavError):
+                self._note(Notice(type(content).__name__, str(content)))
+            elif isinstance(content, Twist):
+                if not navigation.settings.has_goal:
+                    self._note(Notice("no goal", "a command, but no goal in the file or the bag"))
+                commands.append((t, event, t - heard > options.odometry_timeout))
+        yield from self._judged(commands, recent)
+
+    def _judged(
+        self, commands: list[tuple[float, Event, bool]], recent: Iterable[Twist]
+    ) -> Iterator[Sample]:
+        """Compare recorded commands with recent computed ones, and forget them."""
+        for t, event, stale in commands:
+            assert isinstance(event.content, Twist)
+            self.commands += 1
+            computed = _nearest(event.content, [STOP] if stale else list(recent))
+            self.comparison.add(t, event.content, computed)
+            yield Sample(t, event, None, computed, event.content)
+        commands.clear()
 
     def warnings(self) -> list[str]:
         """Return what stood out, a line for each kind with its count."""
         return [
             f"{self.examples[kind]}" + (f" (and {n - 1} more like it)" if n > 1 else "")
             for kind, n in self.notices.items()
-            if kind != "arrived"
+            if kind not in ("arrived", "waypoint")
         ]
 
     def _fed(self, navigation: Navigation, reading: Reading) -> tuple[Pose | None, Twist | None]:
@@ -133,6 +153,9 @@ class Replay:
         except BadOdometryError as error:
             self._note(Notice("bad odometry", str(error)))
             return None, STOP
+        except Exception as error:  # as the node, which stops the robot
+            self._note(Notice("error", f"{type(error).__name__}: {error}"))
+            return None, STOP
         for notice in notices:
             self._note(notice)
         return pose, twist
@@ -141,6 +164,8 @@ class Replay:
         try:
             goal, waypoints = navigation.odometry.in_world(route)
             settings = replace(navigation.settings, goal=goal, waypoints=waypoints)
+            pose = navigation.pose or settings.start
+            settings.refuse_unreachable(float(pose.x), float(pose.y))
         except GradnavError as error:
             self._note(Notice("goal", f"a goal was refused: {error}"))
             return
@@ -152,13 +177,15 @@ class Replay:
         self.examples.setdefault(notice.kind, notice.text)
 
 
-def _pause_or_resume(navigation: Navigation, recorded: State) -> None:
-    """Pause where the recorded navigator was paused, and go on where it was not."""
+def _pause_or_resume(navigation: Navigation, recorded: State) -> bool:
+    """Pause where the recorded navigator did, go on where it did; return whether it was paused."""
     paused = navigation.state is State.PAUSED
     if recorded is State.PAUSED and navigation.has_drive and not paused:
         navigation.pause()
-    elif recorded is not State.PAUSED and paused:
+        return True
+    if recorded is not State.PAUSED and paused:
         navigation.resume()
+    return False
 
 
 def _nearest(recorded: Twist, candidates: list[Twist]) -> Twist:

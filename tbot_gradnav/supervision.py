@@ -57,7 +57,7 @@ class Supervision:
         except GradnavError as error:
             response.success, response.message = False, str(error)
         else:
-            self.announce()
             response.success, response.message = True, self._navigation.state.value
             self._logger.info(f"{name}: {response.message}")
+        self.announce()
         return response

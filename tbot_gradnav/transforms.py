@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of others: goals given in them, and the world's own for others to see."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -9,6 +10,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.time import Time
 
+from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import GoalPose, Odometry
 from tbot_gradnav.ros import LATCHED
 from tbot_gradnav.unicycle import Pose, heading, quaternion
@@ -71,8 +73,13 @@ class Lookup:
 
 
 def moved(goal: GoalPose, transform: Any, target: str) -> GoalPose:
-    """Return a goal as seen from the target frame of a geometry_msgs/Transform."""
+    """Return a goal as seen from the target frame of a geometry_msgs/Transform.
+
+    Raises GradnavError for a frame that is upside down, which has no yaw.
+    """
     q, shift = transform.rotation, transform.translation
+    if math.hypot(q.z, q.w) < 1e-6:
+        raise GradnavError(f"frame {goal.frame} is upside down in {target}")
     place = Pose(shift.x, shift.y, *heading(q.z, q.w)).compose(Pose(goal.x, goal.y, 1.0, 0.0))
     return GoalPose(
         target,

@@ -223,14 +223,12 @@ class World:
 
     def _from_circles(self, x: Floats, y: Floats) -> Distances:
         c_x, c_y, size, side = (column(values, x) for values in self._circular)
-        n_x, n_y = x - c_x, y - c_y
-        d = _lengths(n_x, n_y)
+        dx, dy = x - c_x, y - c_y
+        d = _lengths(dx, dy)
         away = side / np.maximum(d, 1e-150)
-        n_x *= away
-        n_y *= away
         d -= size
         d *= side
-        return Distances(d, n_x, n_y)
+        return Distances(d, dx * away, dy * away)
 
     def _inflated(self, d: Floats, n_x: Floats, n_y: Floats) -> Distances:
         """Return the row of what is at a distance from the robot's centre."""
@@ -266,9 +264,8 @@ class World:
 
 def _lengths(x: Array, y: Array) -> Array:
     """Return the lengths of vectors."""
-    squares = x * x
-    squares += y * y  # in place, here and below: a third faster for thousands of robots
-    return np.sqrt(squares, out=squares)
+    squares = x * x + y * y
+    return np.sqrt(squares, out=squares)  # in place: faster for thousands of robots
 
 
 def _overlap(name: str, a: Shape, other: str, gap: float) -> ParameterError:

@@ -211,6 +211,17 @@ def test_demo_drives_to_the_goal_and_leaves_a_picture_and_a_bag(tmp_path, domain
     assert found["max_v_difference"] == found["max_omega_difference"] == 0.0
 
 
+def test_a_demo_may_end_where_it_begins(tmp_path, domain, parameter_file):
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    file = parameter_file(
+        "goal: [0, 0]\nwaypoints: [0.5, 0, 0.5, 0.5]\nreal_time_factor: 5.0\nuse_sim_time: true"
+    )
+    result = gradnav("demo", file, "--out", tmp_path, env=domain)
+    assert result.returncode == OK, result.stderr
+    assert float(re.search(r"arrived after ([\d.]+) s", result.stdout)[1]) > 3.0
+    assert gradnav("replay", tmp_path / "bag", file).returncode == OK
+
+
 def test_demo_refuses_what_it_cannot_drive(tmp_path, parameter_file):
     assert_refused(gradnav("demo", parameter_file("k_v: 1.0")), "goal is missing")
     assert_refused(gradnav("demo", parameter_file("goal: [1, 1]\nlaw: up")), "law: 'up'")

@@ -12,6 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from remote import Remote
 from robot import Robot
 
+from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import GoalPose
 from tbot_gradnav.transforms import moved
 from tbot_gradnav.unicycle import Pose, heading
@@ -71,6 +72,32 @@ def test_a_goal_in_a_frame_of_tf_waits_for_it_and_is_driven_to(
     assert list(remote.get("goal")) == pytest.approx([0.4, 0.2])
     assert robot.distance(0.4, 0.2) <= 0.05
     assert drive.words.count("goal refused") == 1
+
+
+def test_a_goal_that_waits_for_its_frame_can_be_cancelled(
+    graph, parameter_file, tmp_path, monkeypatch
+):
+    (tmp_path / "tf2_ros.py").write_text(STAND_IN)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    robot, remote = Robot(graph, 0.0, 0.0, 0.0), Remote(graph)
+    file = parameter_file("initial_pose: [0, 0, 0]")
+    drive = graph.start("navigator", "--ros-args", "--params-file", file)
+    remote.until("idle")
+    goals = graph.node.create_publisher(PoseStamped, "goal_pose", 10)
+    graph.until(lambda: goals.get_subscription_count() == 1, "navigator")
+    goals.publish(goal_in("moon", 1.0, 0.0))
+    # Goal and service have no common order: a cancel too early says that there is nothing to.
+    graph.until(lambda: remote.trigger("cancel")[0], "cancelled")
+    graph.spin(3.5)  # longer than it would have waited
+    assert "goal refused" not in drive.words
+    assert robot.commands == []
+
+
+def test_a_goal_in_a_frame_that_is_upside_down_is_refused():
+    over = Transform()
+    over.rotation.x, over.rotation.w = 1.0, 0.0
+    with pytest.raises(GradnavError, match="frame ceiling is upside down"):
+        moved(GoalPose("ceiling", 1.0, 0.5, 0.0, 0.0), over, "odom")
 
 
 @pytest.mark.parametrize("yaw", [None, 0.0, 2.5, -1.0])

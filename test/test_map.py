@@ -232,7 +232,9 @@ def test_a_door_too_narrow_for_the_robot_is_no_way():
 
 def test_a_goal_or_start_in_a_wall_is_refused_with_a_word():
     for goal, start in (((3.05, 1.0), (1.0, 1.0)), ((1.0, 1.0), (3.05, 1.0))):
-        with pytest.raises(GradnavError, match="inside a wall of the map, or what is unknown or beyond it"):
+        with pytest.raises(
+            GradnavError, match="inside a wall of the map, or what is unknown or beyond it"
+        ):
             plans.settings(closed_room(), goal, start)
 
 

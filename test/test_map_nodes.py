@@ -16,6 +16,7 @@ import plans
 from conftest import CONFIG
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid
+from remote import Remote
 from robot import Robot
 
 from tbot_gradnav.ros import LATCHED
@@ -122,6 +123,44 @@ def test_stands_until_a_map_comes_by_the_topic_and_heeds_the_next_one(graph, par
     graph.until(lambda: drive.words.count("cells of 0.05 m came") == 2, "word about the map")
     set_goal(3.0, 2.0)
     graph.until(lambda: "arrived" in drive.words, "arrival")
+    assert "Traceback" not in drive.words
+
+
+def test_the_same_map_again_does_not_stop_the_robot(graph, parameter_file):
+    robot = Robot(graph, 2.0, 2.0, 0.0)
+    start = "potential: map\ngoal: [3.0, 2.0]\ninitial_pose: [2, 2, 0]"
+    drive = navigator(graph, parameter_file(start))
+    publisher = graph.node.create_publisher(OccupancyGrid, "map", LATCHED)
+    message = as_message(plans.trap())
+    publisher.publish(message)
+    graph.until(lambda: robot.moving, "motion")
+    graph.node.create_timer(0.2, lambda: publisher.publish(message))
+    before = len(robot.commands)
+    graph.until(lambda: "arrived" in drive.words, "arrival", patience=30.0)
+    moving = [abs(v) + abs(omega) > 0.0 for _, v, omega in robot.commands[before:]]
+    assert all(moving[: len(moving) - 1 - moving[::-1].index(True)])
+    assert drive.words.count("cells of 0.05 m came") == 1
+
+
+def test_cancel_stops_the_robot_even_if_its_map_can_no_longer_be_read(
+    graph, parameter_file, tmp_path
+):
+    hall = np.full((100, 100), 254, dtype=np.uint8)
+    (tmp_path / "hall.pgm").write_bytes(b"P5 100 100 255\n" + hall.tobytes())
+    (tmp_path / "hall.yaml").write_text("image: hall.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n")
+    robot, remote = Robot(graph, 1.0, 2.0, 0.0), Remote(graph)
+    start = "potential: map\nmap: {file: hall.yaml}\ngoal: [4.0, 2.0]\ninitial_pose: [1, 2, 0]"
+    drive = navigator(graph, parameter_file(start))
+    graph.until(lambda: robot.moving, "motion")
+    (tmp_path / "hall.yaml").write_text("")
+    success, reason = remote.trigger("cancel")
+    assert not success
+    assert reason.startswith("the robot stands, but its goal stays set: map.file: ")
+    graph.until(lambda: robot.stopped, "stop")
+    commands = len(robot.commands)
+    graph.spin(0.5)
+    assert len(robot.commands) == commands
+    assert remote.states[-1] == "idle"
     assert "Traceback" not in drive.words
 
 

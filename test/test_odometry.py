@@ -216,6 +216,32 @@ def test_a_hole_is_noticed_and_the_robot_is_where_odometry_says():
     assert close(pose, START.compose(Pose.at(0.5, 0.0, 0.0)))
 
 
+@pytest.mark.parametrize("gap", [1.1, 8.0, 100.0])
+@pytest.mark.parametrize("end", [(0.2, 0.0, 0.0), (1.5, 0.6, 0.4), (0.0, 0.0, 2.0)])
+def test_a_driver_that_begins_anew_leaves_the_robot_where_it_is(gap, end):
+    """It begins at the origin of its frame, wherever the robot is."""
+    track = odometry()
+    for i in range(200):
+        pose = Pose.at(*(0.005 * i * value for value in end))
+        before, _ = track.update(reading(0.05 * i, pose))
+    after, notices = track.update(reading(0.05 * 199 + gap, Pose.at(0.0, 0.0, 0.0)))
+    assert kinds(notices) == ["hole", "jump"]
+    assert close(after, before)
+    on, notices = track.update(reading(0.05 * 200 + gap, Pose.at(0.01, 0.0, 0.0)))
+    assert notices == []
+    assert close(on, before.compose(Pose.at(0.01, 0.0, 0.0)))
+
+
+def test_poses_are_kept_for_as_long_however_fast_they_come():
+    track = odometry()
+    for i in range(2001):
+        track.update(reading(0.001 * i, Pose.at(0.0002 * i, 0.0, 0.0)))
+    pose = track.at(1.0)
+    assert pose is not None
+    assert close(pose, START.compose(Pose.at(0.2, 0.0, 0.0)), 1e-9)
+    assert track.at(-0.1) is None
+
+
 def test_a_stamp_that_goes_back_is_noticed():
     track = odometry()
     track.update(reading(1.0, Pose.at(0.0, 0.0, 0.0)))

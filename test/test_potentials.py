@@ -307,3 +307,15 @@ def test_the_field_turns_with_the_world(gains):
 
 def _turned(x, y, cos, sin):
     return [cos * x - sin * y, sin * x + cos * y]
+
+
+@pytest.mark.parametrize("name", [*PSI, *U])
+def test_points_broadcast(name):
+    potential = controller({**NINE, **(PSI | U)[name]}).potential
+    x, y = np.linspace(-3.0, 3.0, 3), np.linspace(-2.0, 2.0, 4)
+    expected = potential(*np.meshgrid(x, y, indexing="ij")).gradient
+    for found, each in zip(potential(x[:, None], y[None]).gradient, expected, strict=True):
+        np.testing.assert_array_equal(found, each)
+    for found, each in zip(potential(x, 2.0).gradient, expected, strict=True):
+        np.testing.assert_allclose(found, each[:, -1], rtol=1e-12)
+    assert potential.world.clearance(x[:, None], y[None]).shape == (3, 4)

@@ -191,7 +191,9 @@ def said(state):
 
 def test_a_goal_in_the_bag_is_obeyed(replayed, tmp_path):
     goal = (1.98, "/goal_pose", lambda types: pose_stamped(types, -4.0, 0.0, "map"))
-    bag = write_with(tmp_path / "bag", [goal], [(1.96, 0.2097), (2.96, -0.2097)])
+    # the robot stands while the navigator looks whether it can go there
+    commands = [(1.96, 0.2097), (1.981, 0.0), (2.96, -0.2097)]
+    bag = write_with(tmp_path / "bag", [goal], commands)
     assert replayed(bag)[0] == OK
 
 
@@ -218,9 +220,40 @@ def test_a_pause_in_the_bag_is_kept(replayed, tmp_path):
     bag = write_with(
         tmp_path / "bag",
         [(seconds, "/state", said(state)) for seconds, state in states],
-        [(1.96, 0.2097), (2.21, 0.0), (2.46, 0.0), (2.96, 0.2097)],
+        # a pause stops the robot at once, before the state is told
+        [(1.96, 0.2097), (1.97, 0.0), (2.21, 0.0), (2.46, 0.0), (2.96, 0.2097)],
     )
     assert replayed(bag)[0] == OK
+
+
+def test_a_stop_that_nothing_explains_is_a_difference(replayed, tmp_path):
+    bag = write_with(tmp_path / "bag", [], [(1.96, 0.2097), (1.97, 0.0), (2.96, 0.2097)])
+    status, figures, _, _ = replayed(bag)
+    assert status == NO
+    assert figures["first_divergence"] == pytest.approx(0.97)
+
+
+def test_a_robot_in_a_namespace_is_found(replayed, tmp_path):
+    path = write_with(tmp_path / "bag", [], [(1.96, 0.2097)])
+    renamed = Writer(tmp_path / "renamed", version=9, storage_plugin=StoragePlugin.MCAP)
+    with renamed, bags.opened(path) as bag:
+        recorder = Recorder(renamed, get_typestore(Stores.ROS2_JAZZY))
+        for event in bag.events():
+            name, kind = ("odom", "nav_msgs/msg/Odometry")
+            if isinstance(event.content, Twist):
+                name, kind = ("cmd_vel", "geometry_msgs/msg/Twist")
+            recorder.write(f"/tb1/{name}", kind, event.recorded, event.cdr)
+    assert replayed(tmp_path / "renamed")[:2] == replayed(path)[:2]
+
+
+def test_without_goal_or_map_it_says_what_is_missing(replayed, tmp_path):
+    bag = write_with(tmp_path / "bag", [], [(1.96, 0.2097)])
+    status, figures, _, _ = replayed(bag, "potential: quadratic")
+    assert status == NO
+    assert any("no goal in the file or the bag" in warning for warning in figures["warnings"])
+    status, _, _, said = replayed(bag, "potential: map\ngoal: [1, 1]")
+    assert status == WRONG
+    assert "map.file is missing" in said
 
 
 def test_what_others_say_under_names_like_ours_is_ignored(replayed, tmp_path):

@@ -130,6 +130,17 @@ def test_scans_a_little_ahead_of_odometry_are_placed():
     assert twist.v > 0.0
 
 
+def test_scans_too_late_to_be_placed_are_said_to_be():
+    settings = configuration((0.0, 0.0, 0.0), (2.0, 0.0), [(3.0, 0.5, 0.2)]).settings
+    navigation = Navigation(settings)
+    sensor = FakeLidar(settings.world, settings.lidar_x, LIDARS["lds_01"], 0.0, 0.0, 0)
+    for i in range(100):
+        navigation.see(sensor.sweep(0.05 * i - 3.0, settings.start))
+        _, twist, notices = navigation.update(Reading(0.05 * i, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+        assert twist == (0.0, 0.0)
+    assert "3 s older than the odometry" in notices[-1].text
+
+
 def test_a_change_of_gains_keeps_what_has_been_seen():
     settings = configuration((0.0, 0.0, 0.0), (2.0, 0.0), [(0.8, 0.1, 0.2)]).settings
     navigation = Navigation(settings)

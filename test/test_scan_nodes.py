@@ -70,7 +70,7 @@ def test_without_a_lidar_the_robot_stands_until_there_is_one(graph, parameter_fi
     robot = Robot(graph, 0.0, 0.0, 0.0)
     navigator = graph.start("navigator", "--ros-args", "--params-file", parameter_file(SCAN))
     graph.until(lambda: "no lidar scan" in navigator.words, "complaint")
-    assert robot.stopped
+    graph.until(lambda: robot.stopped, "stop")
     publisher = graph.node.create_publisher(LaserScan, "scan", qos_profile_sensor_data)
 
     def publish(increment):

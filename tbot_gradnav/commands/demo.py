@@ -25,6 +25,7 @@ from tbot_gradnav.settings import Settings
 Processes: TypeAlias = "dict[str, subprocess.Popen[bytes]]"
 TIME_LIMIT = 300.0  # [s] of the robot's time
 SILENCE = 20.0  # [s] of ours without a message, after which something is wrong
+UP = 60.0  # [s] of ours for the nodes to come up; navigation_function.k: 0 may take a while
 REPORT_PERIOD = 0.5  # [s] of ours between lines of progress
 GRACE = 5.0  # [s] a node has to end
 BAR = 30  # characters
@@ -85,10 +86,10 @@ def watched(file: Path, configuration: Configuration) -> Any:
         stack.callback(_end, processes)
         spin = partial(_spin, observer, processes, interrupted)
         processes["navigator"] = _started("navigator", file)
-        spin(observer.hold)
+        spin(observer.hold, "the navigator does not answer")
         processes["fake_robot"] = _started("fake_robot", file)
-        spin(lambda: observer.hears_all)
-        spin(observer.let_go)
+        spin(lambda: observer.hears_all, "odometry, state or commands are not heard")
+        spin(observer.let_go, "the navigator does not answer")
         spin(lambda: observer.done or observer.seconds >= TIME_LIMIT)
     return observer
 
@@ -113,12 +114,20 @@ def _end(processes: Processes) -> None:
 
 
 def _spin(
-    observer: Any, processes: Processes, interrupted: threading.Event, until: Callable[[], object]
+    observer: Any,
+    processes: Processes,
+    interrupted: threading.Event,
+    until: Callable[[], object],
+    lacking: str = "",
 ) -> None:
-    """Listen and show progress until a condition holds; raise GradnavError if something fails."""
+    """Listen and show progress until a condition holds; raise GradnavError if something fails.
+
+    What is `lacking` while nodes come up says what is wrong if it stays so.
+    """
     import rclpy
 
-    heard, reported, count, farthest = time.monotonic(), 0.0, len(observer.path), 0.0
+    began = heard = time.monotonic()
+    reported, count, farthest = 0.0, len(observer.path), 0.0
     while not until():
         rclpy.spin_once(observer, timeout_sec=0.1)
         if interrupted.is_set():
@@ -131,9 +140,10 @@ def _spin(
                 reported = now
                 print(_progress(observer, farthest), flush=True)
         observer.refuse_company()
-        if now - heard > SILENCE:
-            missing = "the fake robot" if "fake_robot" in processes else "the navigator"
-            raise GradnavError(f"nothing heard of {missing} for {SILENCE:g} s")
+        if lacking and now - began > UP:
+            raise GradnavError(f"{lacking} for {UP:g} s")
+        if not lacking and now - heard > SILENCE:
+            raise GradnavError(f"the fake robot has been silent for {SILENCE:g} s")
         for name, process in processes.items():
             if process.poll() is not None:
                 raise GradnavError(f"the {name} ended by itself with status {process.returncode}")

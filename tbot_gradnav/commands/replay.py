@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from tbot_gradnav import bags, parameter_file, plots, shipped
+from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.files import write_json
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.parameters import Number
@@ -45,6 +46,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Replay; 0 if every recorded command is within tolerance, or there is none."""
     configuration = Configuration.of(parameter_file.read(shipped.parameter_path(options.file)))
+    if configuration.settings.awaits_map:
+        raise GradnavError(f"{options.file}: map.file is missing, and bags of maps are not read")
     at_least_0 = Number("", at_least=0.0)
     comparison = Comparison(
         at_least_0.check("--tolerance-v", options.tolerance_v),
