@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from importlib.metadata import version
 from typing import Any, NoReturn
 
 from tbot_gradnav.errors import GradnavError
@@ -61,6 +62,7 @@ def _parsed(arguments: Sequence[str]) -> argparse.Namespace:
     parser = _Parser(
         prog="gradnav", description="Gradient-based navigation for a TurtleBot3 Burger."
     )
+    parser.add_argument("--version", action="version", version=version("tbot_gradnav"))
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     chosen = _command_in(arguments)
     for name, summary in COMMANDS.items():

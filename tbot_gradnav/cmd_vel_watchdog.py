@@ -80,7 +80,7 @@ class CmdVelWatchdog(Node):
         elif self._kind is not None and wanted and self._kind not in wanted:
             self.destroy_publisher(self._publisher)
             self.destroy_subscription(self._subscription)
-            self._kind = self._heard = None
+            self._kind = None
 
     def _join(self, kind: str) -> None:
         self._kind = kind

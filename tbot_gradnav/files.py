@@ -32,6 +32,11 @@ def written_whole(path: Path | str) -> Iterator[Path]:
 
 
 def write_json(path: Path | str, content: Mapping[str, Any]) -> None:
-    """Write a JSON file, whole or not at all. Raises GradnavError."""
+    """Write a JSON file, whole or not at all. Raises GradnavError.
+
+    What is there already is replaced only if it, too, is called .json.
+    """
+    if Path(path).is_file() and Path(path).suffix != ".json":
+        raise GradnavError(f"{path}: it exists and is not called .json; it is left alone")
     with written_whole(path) as temporary:
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

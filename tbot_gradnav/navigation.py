@@ -32,7 +32,7 @@ class State(Enum):
     WAITING = "waiting"  # for the lidar or the map that its potential needs
     ARRIVED = "arrived"
     STUCK = "stuck"
-    PAUSED = "paused"
+    PAUSED = "paused"  # until it is resumed, whatever it was doing
     NO_ODOMETRY = "no odometry"  # none yet, none for too long, or none that is usable
 
 
@@ -93,11 +93,9 @@ class Navigation:
         self._lost = True
 
     def pause(self) -> None:
-        """Stand until `resume`, whatever goal is set. Raises GradnavError without a drive."""
+        """Stand until `resume`, whatever goal is set. Raises GradnavError if it is paused."""
         if self._paused:
             raise GradnavError("paused already")
-        if not self.has_drive:
-            raise GradnavError(f"nothing to pause: {self._state.value}")
         self._paused = True
 
     def resume(self) -> None:
@@ -131,12 +129,11 @@ class Navigation:
 
     def cancel(self) -> None:
         """Give up the goal, whatever the settings say, until others have another."""
-        self._state, self._paused, self._waiting, self._turning = State.IDLE, False, False, False
+        self._state, self._waiting, self._turning = State.IDLE, False, False
 
     def restart(self) -> None:
         """Set out for the goal anew: choose the gear again, and forget how the last drive ended."""
         self._state = State.DRIVING if self.settings.has_goal else State.IDLE
-        self._paused = self._paused and self.settings.has_goal
         self._waiting = False
         self._turning = False
         self._gear: Floats | None = None  # chosen at the first message of a drive

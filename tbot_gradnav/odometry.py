@@ -17,6 +17,7 @@ JUMP_ANGLE = 0.3  # [rad] likewise
 HOLE = 1.0  # [s] between two stamps
 MEMORY = 2.0  # [s] for which the poses are kept
 BEGUN = 0.05  # [m], [rad] at most from where odometry begins, for one that has just begun
+LARGEST_NORM = 1.1  # of a quaternion that is not given in degrees
 COS_TILT = math.cos(math.radians(30.0))
 
 
@@ -153,7 +154,10 @@ class Odometry:
     def _in_world(self, goal: GoalPose) -> tuple[float, ...]:
         """Return x, y [m] and, where there is an orientation, yaw [rad]."""
         world, odometry = self._frame_names
-        turned = math.hypot(goal.q_z, goal.q_w) > 1e-6
+        norm = math.hypot(goal.q_z, goal.q_w)
+        if not norm < LARGEST_NORM:
+            raise GradnavError(f"the orientation has norm {norm:g}; must be a quaternion, or zeros")
+        turned = norm > 1e-6
         pose = Pose(goal.x, goal.y, *(heading(goal.q_z, goal.q_w) if turned else (1.0, 0.0)))
         if goal.frame not in ("", world):
             if goal.frame != odometry:

@@ -180,7 +180,7 @@ class Replay:
 def _pause_or_resume(navigation: Navigation, recorded: State) -> bool:
     """Pause where the recorded navigator did, go on where it did; return whether it was paused."""
     paused = navigation.state is State.PAUSED
-    if recorded is State.PAUSED and navigation.has_drive and not paused:
+    if recorded is State.PAUSED and not paused:
         navigation.pause()
         return True
     if recorded is not State.PAUSED and paused:

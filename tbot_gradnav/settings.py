@@ -124,11 +124,12 @@ class Settings(Checked):
         A name that is not a parameter is refused, with a hint at a near one, of these or of those
         `also_known`. The poses to start from must be free only while `starting`.
         """
+        _refuse_unnamed(values)
+        refuse_unknown(values, {*settings_parameters(values), *also_known})
         rest = dict(values)
         obstacles = _take_obstacles(rest)
         gains = {name: _take_gains(name, rest) for name in potentials()}
         settings = build(cls, rest, obstacles=obstacles, potential_gains=gains, topic_map=topic_map)
-        refuse_unknown(rest, {*settings_parameters(values), *also_known})
         if starting:
             settings._refuse_occupied_starts()
         return settings
@@ -295,10 +296,15 @@ def _take_obstacles(values: dict[str, object]) -> dict[str, Shape]:
             if prefix + key not in values and key != OPTIONAL:
                 raise ParameterError("obstacles.names", list(names), f"{prefix}{key} is missing")
         obstacles[name] = build(SHAPES[shape], values, prefix)
-    for name in values:
-        if name.startswith(OBSTACLES) and name.split(".")[1] not in names:
-            raise ParameterError(name, values[name], "its obstacle is not in obstacles.names")
     return obstacles
+
+
+def _refuse_unnamed(values: Mapping[str, object]) -> None:
+    """Raise ParameterError for an entry of an obstacle that is not in obstacles.names."""
+    names = NAMES.check("obstacles.names", values.get("obstacles.names", ()))
+    for name, value in values.items():
+        if name.startswith(OBSTACLES) and name.split(".")[1] not in (*names, "names"):
+            raise ParameterError(name, value, "its obstacle is not in obstacles.names")
 
 
 def _take_gains(potential: str, values: dict[str, object]) -> dict[str, object]:

@@ -19,7 +19,10 @@ def parameter_path(file: str) -> Path:
     path = Path(file)
     if path.exists():
         return path
-    shipped = {entry.name: entry for folder in _folders() for entry in folder.glob("*.yaml")}
+    shipped: dict[str, Path] = {}
+    for folder in _folders():
+        for entry in folder.glob("*.yaml"):
+            shipped.setdefault(entry.name, entry)
     if file in shipped:
         return shipped[file]
     raise GradnavError(
@@ -42,7 +45,7 @@ def configuration(file: str, overrides: Mapping[str, object] | None = None) -> C
 
 
 def _folders() -> Iterator[Path]:
-    """Yield where config/ may be: beside the source, or in share/ of what was installed."""
+    """Yield where config/ may be, nearest first: beside the source, or in share/ when installed."""
     for here in (Path(__file__), Path(__file__).resolve()):
         for root in here.parents:
             if (root / "package.xml").is_file():

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+from importlib.metadata import version
 
 import pytest
 from conftest import CONFIG, ROOT, heed_signals, ros_domain
@@ -119,6 +120,18 @@ def test_wrong_input_is_refused_in_one_line(arguments, words):
     assert_refused(gradnav("simulate", *arguments), *words)
 
 
+def test_a_file_that_holds_something_else_is_left_alone(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text((CONFIG / "position.yaml").read_text())
+    result = gradnav("simulate", file, "--json", file)
+    assert_refused(result, "mine.yaml", "not called .json")
+    assert file.read_text() == (CONFIG / "position.yaml").read_text()
+
+
+def test_the_version_is_the_packages():
+    assert gradnav("--version").stdout.strip() == version("tbot_gradnav")
+
+
 def test_a_full_disk_leaves_no_half_a_file(tmp_path):
     out = tmp_path / "runs.json"
     out.write_text("before")
@@ -168,9 +181,12 @@ def installed_potential(tmp_path_factory):
 
 
 def test_a_potential_of_the_users_own_drives(installed_potential, parameter_file):
-    file = parameter_file("potential: cone\ncone: {steepness: 2}\ngoal: [1, 1]")
+    in_the_way = "obstacles: {names: [a], a: {x: 0.5, y: 0.45, radius: 0.2}}"
+    file = parameter_file(f"potential: cone\ncone: {{steepness: 2}}\ngoal: [1, 1]\n{in_the_way}")
     result = gradnav("simulate", file, env=installed_potential)
     assert result.returncode == OK, result.stderr
+    assert "1 of 1 arrived, 0 collided" in result.stdout
+    assert gradnav("check", file, env=installed_potential).returncode == OK
 
 
 def test_its_parameters_are_checked_like_ours(installed_potential, parameter_file):
@@ -228,6 +244,8 @@ def test_demo_refuses_what_it_cannot_drive(tmp_path, parameter_file):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "diary.txt").write_text("dear diary")
     assert_refused(gradnav("demo", "--out", tmp_path), "left alone")
+    (tmp_path / "file").write_text("")
+    assert_refused(gradnav("demo", "--out", tmp_path / "file"), "no folder", "left alone")
     assert (tmp_path / "bag" / "diary.txt").read_text() == "dear diary"
 
 

@@ -148,6 +148,12 @@ def test_a_point_of_another_frame_is_refused(frame):
         track.in_world([GoalPose(frame, 0.0, 0.0, 0.0, 1.0)])
 
 
+@pytest.mark.parametrize("q_z", [90.0, -1.2, math.nan, math.inf])
+def test_a_goal_with_degrees_for_a_quaternion_is_refused(q_z):
+    with pytest.raises(GradnavError, match="must be a quaternion"):
+        odometry().in_world([GoalPose("map", 1.0, 0.0, q_z, 0.0)])
+
+
 def test_before_the_first_message_the_odometry_frame_is_unknown():
     with pytest.raises(GradnavError, match="unknown"):
         odometry().in_world([GoalPose("odom", 0.0, 0.0, 0.0, 1.0)])

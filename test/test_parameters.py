@@ -117,6 +117,10 @@ REFUSED = {
         {"starts": [0, 0, 1, 0, 1, -45]},
         ["starts", "-45", "any yaw at most 12.57"],
     ),
+    "misspelt beside what is missing": (
+        {**ONE, "obstacles.names": ["a", "b"], "k_omga": 1.0},
+        ["k_omga", "did you mean k_omega?"],
+    ),
     "text for a number": ({"k_v": "fast"}, ["k_v", "'fast'", "number"]),
     "bool for a number": ({"k_v": True}, ["k_v", "True", "number"]),
     "list for a number": ({"k_v": [0.5]}, ["k_v", "[0.5]", "number"]),

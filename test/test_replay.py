@@ -246,6 +246,16 @@ def test_a_robot_in_a_namespace_is_found(replayed, tmp_path):
     assert replayed(tmp_path / "renamed")[:2] == replayed(path)[:2]
 
 
+def test_what_is_replayed_is_not_replaced(replayed, tmp_path):
+    bag = write(tmp_path / "bag", drive())
+    (file,) = bag.glob("*.mcap")
+    for source in (bag, file):
+        status, _, _, said = replayed(source, DRIVE, "--out", bag)
+        assert status == WRONG
+        assert "left alone" in said
+    assert replayed(bag)[1]["odometry"] == 40
+
+
 def test_without_goal_or_map_it_says_what_is_missing(replayed, tmp_path):
     bag = write_with(tmp_path / "bag", [], [(1.96, 0.2097)])
     status, figures, _, _ = replayed(bag, "potential: quadratic")

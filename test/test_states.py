@@ -62,13 +62,17 @@ def test_pause_resume_and_cancel(graph, parameter_file):
     robot, remote = Robot(graph, 0.0, 0.0, 0.0), Remote(graph)
     navigator(graph, parameter_file("initial_pose: [0, 0, 0]"))
     remote.until("idle")
-    for name in ("pause", "resume", "cancel"):
+    for name in ("resume", "cancel"):
         success, reason = remote.trigger(name)
         assert not success
         assert reason
 
     goals = publisher(graph, PoseStamped, "goal_pose")
+    assert remote.trigger("pause") == (True, "paused")
     goals.publish(stamped(1.0, 0.0, "map"))
+    graph.until(lambda: len(robot.commands) > 10, "commands")
+    assert not any(v or omega for _, v, omega in robot.commands)
+    assert remote.trigger("resume") == (True, "driving")
     graph.until(lambda: robot.moving, "motion")
     assert remote.trigger("pause") == (True, "paused")
     graph.until(lambda: robot.stopped, "stop")
@@ -86,7 +90,7 @@ def test_pause_resume_and_cancel(graph, parameter_file):
     commands = len(robot.commands)
     graph.spin(0.5)
     assert len(robot.commands) == commands
-    assert remote.states[-5:] == ["idle", "driving", "paused", "driving", "idle"]
+    assert remote.states[-6:] == ["idle", *["paused", "driving"] * 2, "idle"]
     assert list(remote.get("goal")) == []
 
 

@@ -44,6 +44,8 @@ def run(options: argparse.Namespace) -> int:
     file, out = shipped.parameter_path(options.file), Path(options.out)
     configuration = shipped.configuration(options.file)
     Configuration.of(parameter_file.read(file, "/fake_robot"))
+    if out.exists() and not out.is_dir():
+        raise GradnavError(f"--out {out}: it exists and is no folder; it is left alone")
     refuse_other_than_bag(out / "bag")
     keep_to_this_machine()
     observer = watched(file, configuration)
@@ -71,11 +73,12 @@ def watched(file: Path, configuration: Configuration) -> Any:
         from rclpy.signals import SignalHandlerOptions
 
         from tbot_gradnav.observer import Observer
+        from tbot_gradnav.ros import SIGNALS
     except ImportError as error:
         raise GradnavError("driving over ROS needs ROS 2: pip install tbot_gradnav[ros]") from error
     with ExitStack() as stack:
         interrupted = threading.Event()  # raising within rclpy's C code would turn into a TypeError
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        for number in SIGNALS:
             before = signal.signal(number, lambda *_: interrupted.set())
             stack.callback(signal.signal, number, before)
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -105,7 +108,7 @@ def _started(name: str, file: Path) -> "subprocess.Popen[bytes]":
 def _end(processes: Processes) -> None:
     """End the nodes one by one; the navigator, started first, while the robot still hears it."""
     for process in processes.values():
-        process.send_signal(signal.SIGINT)
+        process.terminate()  # SIGINT while it still imports would be a traceback
         try:
             process.wait(GRACE)
         except subprocess.TimeoutExpired:
@@ -131,6 +134,7 @@ def _spin(
     while not until():
         rclpy.spin_once(observer, timeout_sec=0.1)
         if interrupted.is_set():
+            print("interrupted: neither picture nor bag is written", flush=True)
             raise KeyboardInterrupt
         now = time.monotonic()
         if len(observer.path) > count:

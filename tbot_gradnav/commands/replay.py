@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,7 @@ from tbot_gradnav.recording import Recorder, recording
 from tbot_gradnav.replay import Comparison, Replay, Sample
 from tbot_gradnav.settings import Settings
 
-TOLERANCE_V = 1e-3  # [m/s]
-TOLERANCE_OMEGA = 1e-3  # [rad/s]
+TOLERANCES = {"v": 1e-3, "omega": 1e-3}  # [m/s], [rad/s]
 PATIENCE = 2.0  # [s] before a progress bar is shown, and between its updates
 BAR = 40  # characters
 KEPT = 10_000  # samples in a picture
@@ -36,9 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plot", type=plots.picture, metavar="PNG", help="draw commands, differences and path"
     )
-    for name, unit, default in (("v", "m/s", TOLERANCE_V), ("omega", "rad/s", TOLERANCE_OMEGA)):
+    for name, unit in (("v", "m/s"), ("omega", "rad/s")):
         parser.add_argument(
-            f"--tolerance-{name}", type=float, default=default, metavar="D",
+            f"--tolerance-{name}", type=float, default=TOLERANCES[name], metavar="D",
             help=f"largest difference in {name} that counts as equal [{unit}] (%(default)s)",
         )  # fmt: skip
 
@@ -54,6 +54,8 @@ def run(options: argparse.Namespace) -> int:
         at_least_0.check("--tolerance-omega", options.tolerance_omega),
     )
     track = Track()
+    if options.out:
+        _refuse_input(Path(options.out), Path(options.bag))
     with ExitStack() as stack:
         bag = stack.enter_context(bags.opened(options.bag))
         replay = Replay(configuration, bag, comparison)
@@ -65,11 +67,19 @@ def run(options: argparse.Namespace) -> int:
                 _record(recorder, sample)
         duration = bag.duration
     print("\n".join(_words(replay, duration)))
+    if options.out:
+        print(f"bag: {options.out}")
     if options.json:
         write_json(options.json, report(replay, duration))
     if options.plot:
         _plot(options.plot, configuration.settings, track)
     return 0 if comparison.equal else 1
+
+
+def _refuse_input(out: Path, bag: Path) -> None:
+    """Raise GradnavError if writing `out` would replace the bag that is read."""
+    if out.resolve() in (bag.resolve(), *bag.resolve().parents):
+        raise GradnavError(f"--out {out}: it holds what is to be replayed; it is left alone")
 
 
 class Track:
@@ -181,8 +191,14 @@ def _draw_commands(axes: Any, samples: list[Sample]) -> None:
         below.plot(*_columns(differences), ".", ms=3, color="black")
         above.set_ylabel(f"{part} [{unit}]")
         below.set_ylabel(f"difference\n[{unit}]")
-    axes[0].legend(loc="lower right", fontsize=8, ncols=2)
+        below.set_ylim(*_at_least(below.get_ylim(), TOLERANCES[part]))
+    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), fontsize=8, ncols=2)
     axes[-1].set_xlabel("time since the bag began [s]")
+
+
+def _at_least(limits: tuple[float, float], size: float) -> tuple[float, float]:
+    """Return limits of an axis that are not so narrow that rounding looks like something."""
+    return min(limits[0], -size), max(limits[1], size)
 
 
 def _columns(pairs: list[tuple[float, float]]) -> tuple[list[float], list[float]]:

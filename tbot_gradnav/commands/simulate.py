@@ -143,5 +143,11 @@ def _plot(path: str | Path, controller: Controller, runs: Runs) -> None:
                 arrows=12 if n <= 12 else 2,
                 lw=1.8 if n <= 12 else 0.8,
             )
+            if not runs.arrived[i]:
+                ax.plot(*runs.recorded[:2, last - 1, i], "x", color="black", ms=8, mew=2, zorder=7)
         settings = controller.settings
-        ax.set_title(f"law {settings.law}, potential {settings.potential}")
+        rest = "" if runs.arrived.all() else "; the others end at a cross"
+        ax.set_title(
+            f"law {settings.law}, potential {settings.potential}\n"
+            f"{runs.arrived.sum()} of the {n} drawn arrived{rest}"
+        )
