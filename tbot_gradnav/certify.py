@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tbot_gradnav.free_space import NOWHERE, components
 from tbot_gradnav.potentials import Map, NavigationFunction, Potential
 from tbot_gradnav.simulate import extent
 from tbot_gradnav.world import World
@@ -158,6 +159,15 @@ def overlaps(world: World) -> list[tuple[str, str, float]]:
             gaps.append(("boundary", name, world.room_around(a)))
         found += [pair for pair in gaps if pair[2] <= width]
     return found
+
+
+def cut_off(world: World) -> float:
+    """Return the share of the free area, on a grid, from which there is no way to the goal."""
+    x, y = _grid(world, GRIDS[-1])
+    part = components(np.asarray(world.clearance(x, y)) > 0.0)
+    away = np.where(part == NOWHERE, np.inf, np.hypot(x - world.goal[0], y - world.goal[1]))
+    home = part.flat[np.argmin(away)]
+    return float(np.mean(part[part != NOWHERE] != home))
 
 
 def _critical_points(potential: Potential, side: int) -> list[CriticalPoint]:

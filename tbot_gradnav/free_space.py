@@ -54,7 +54,7 @@ class FreeSpace:
     @cached_property
     def part(self) -> Labels:
         """A number for each node, the same for all that hang together along rows and columns."""
-        return _components(self.free)
+        return components(self.free)
 
     def part_at(self, x: Floats, y: Floats) -> NDArray[np.intp]:
         """Return the part that the nearest free node to each point (x, y) [m] belongs to."""
@@ -120,7 +120,7 @@ def blocked(space: FreeSpace, x: Array, y: Array, robot_radius: float, ample: fl
     return FreeSpace(lattice, clearance)
 
 
-def _components(free: Cells) -> Labels:
+def components(free: Cells) -> Labels:
     """Return a number for each connected component of a grid, NOWHERE where it is not free.
 
     Each round hangs every tree of nodes below the lowest root that it touches, then flattens all.

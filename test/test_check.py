@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 
 import numpy as np
 import pytest
@@ -132,6 +133,36 @@ def test_overlap_after_inflation_and_the_wrong_law_are_problems():
     problems = judge(Settings.of(narrow | {"law": "heading"})).problems
     assert any("a and b are 0.100 m apart" in problem for problem in problems)
     assert any("law heading" in problem for problem in problems)
+
+
+ROOM = {
+    "goal": [1.0, 1.0],
+    "boundary.shape": "polygon",
+    "boundary.points": [-3.0, -3.0, 3.0, -3.0, 3.0, 3.0, -3.0, 3.0],
+    "obstacles.names": ["thing"],
+    "obstacles.thing.shape": "box",
+}
+
+
+def with_box(x, y, width, height):
+    sides = {"x": x, "y": y, "width": width, "height": height}
+    return Settings.of(ROOM | {f"obstacles.thing.{key}": value for key, value in sides.items()})
+
+
+def test_furniture_at_a_wall_is_no_problem_unless_it_divides_the_room():
+    sofa = judge(with_box(-2.5, -2.6, 1.0, 0.8))
+    assert sofa.sound, sofa.problems
+    assert sofa.notes == ["thing stands at the boundary"]
+    assert simulate(
+        Controller.of(sofa.settings), random_starts(sofa.settings.world, 50, 0)
+    ).arrived.all()
+    divided = judge(with_box(-1.0, 0.0, 0.2, 6.0)).problems
+    (share,) = (
+        re.match(r"from ([\d.]+)% of the free area there is no way", p) for p in divided[:1]
+    )
+    assert float(share[1]) == pytest.approx(100.0 * 1.69 / (1.69 + 3.69), abs=0.3)
+    narrow = judge(with_box(-2.4, 0.0, 1.0, 1.0)).problems
+    assert any("boundary and thing are 0.100 m apart" in problem for problem in narrow)
 
 
 def test_an_unscaled_repulsion_at_the_goal_is_told_apart():

@@ -13,6 +13,8 @@ from tbot_gradnav.files import write_json
 from tbot_gradnav.potentials import AttractiveRepulsive, Map, NavigationFunction, Potential
 from tbot_gradnav.settings import Settings
 
+CONTACT = 0.01  # [m] from the boundary: furniture
+SPECK = 0.01  # of the free area: a corner behind furniture
 NEAREST = 0.05  # [m] a smaller influence distance is within a few control periods' travel
 
 
@@ -23,6 +25,7 @@ class Verdict:
     settings: Settings
     found: Landscape
     problems: list[str]
+    notes: list[str]
     shares: list[float]  # of the free area, one for each minimum
     smallest_k: int | None
 
@@ -66,11 +69,12 @@ def judge(settings: Settings) -> Verdict:
     k = None
     if isinstance(potential, NavigationFunction):
         k = certify.smallest_k(potential.world)
-    problems = [*settings.cautions, *_overlaps(settings), *_goal(found), *_missed(found)]
+    tight, notes = _tight(settings)
+    problems = [*settings.cautions, *tight, *_goal(found), *_missed(found)]
     problems += _minima(found, shares)
     if found.spurious:
         problems[-1] += _advice(potential, k)
-    return Verdict(settings, found, problems, shares, k)
+    return Verdict(settings, found, problems, notes, shares, k)
 
 
 def report(verdict: Verdict) -> dict[str, Any]:
@@ -85,12 +89,23 @@ def report(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _overlaps(settings: Settings) -> list[str]:
-    return [
+def _tight(settings: Settings) -> tuple[list[str], list[str]]:
+    """Return problems and notes about what the robot does not fit between.
+
+    What stands at the boundary is furniture, unless there is no way behind it.
+    """
+    pairs = certify.overlaps(settings.world)
+    touching = [b for a, b, gap in pairs if a == "boundary" and gap <= CONTACT]
+    problems = [
         f"{a} and {b} are {gap:.3f} m apart, and the robot is {2 * settings.robot_radius:g} m "
         "wide: no way between them. Move them apart, or make one obstacle of them"
-        for a, b, gap in certify.overlaps(settings.world)
+        for a, b, gap in pairs
+        if b not in touching or a != "boundary"
     ]
+    lost = certify.cut_off(settings.world) if pairs else 0.0
+    if lost > SPECK:
+        problems.append(f"from {lost:.1%} of the free area there is no way to the goal")
+    return problems, [f"{name} stands at the boundary" for name in touching]
 
 
 def _goal(found: Landscape) -> list[str]:
@@ -146,6 +161,7 @@ def _advice(potential: Potential, k: int | None) -> str:
 def _words(verdict: Verdict) -> list[str]:
     """Return the verdict for people, a line each."""
     found, lines = verdict.found, [f"  - {problem}" for problem in verdict.problems]
+    lines += [f"  {note}" for note in verdict.notes]
     if isinstance(found.potential, Map):
         return lines + _map_words(found.potential)
     if found.potential.looks:
