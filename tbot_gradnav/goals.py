@@ -25,12 +25,13 @@ class Goals:
     def __init__(self, node: Node, navigation: Navigation, stop: Callable[[], None]) -> None:
         self._node, self._navigation, self._stop = node, navigation, stop
         self._lookup: transforms.Lookup | None = None  # for the last goal, if it waits
+        self.refusal = ""  # why the last goal was refused, if it was
         node.create_subscription(PoseStamped, "goal_pose", self._on_route, 10)
         node.create_subscription(Path, "waypoints", self._on_route, 10)
 
     def forget(self) -> None:
         """Stop, and give up goal and waypoints. Raises GradnavError where there is no goal."""
-        waited = self.wait_no_more()
+        waited, self.refusal = self.wait_no_more(), ""
         if self._navigation.settings.has_goal:
             self._navigation.cancel()  # whatever becomes of the parameters
             self._stop()
@@ -76,6 +77,7 @@ class Goals:
         """Go. Raises GradnavError, and then nothing has changed."""
         self._set(*self._navigation.odometry.in_world(poses))
         self._navigation.restart()
+        self.refusal = ""
 
     def _set(self, goal: Sequence[float], waypoints: Sequence[float]) -> None:
         result = self._node.set_parameters_atomically(
@@ -88,5 +90,5 @@ class Goals:
             raise GradnavError(result.reason)
 
     def _refuse(self, reason: str) -> None:
-        self._lookup = None
+        self._lookup, self.refusal = None, reason
         self._node.get_logger().error(f"goal refused: {reason}")

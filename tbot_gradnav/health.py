@@ -36,11 +36,18 @@ class Vitals(NamedTuple):
 class Health:
     """Publishes status and /diagnostics once a second; computes nothing that nobody hears.
 
-    `age` returns for how long [s] no odometry has been heard.
+    `age` returns for how long [s] no odometry has been heard, `refusal` why the last goal was
+    refused, if it was.
     """
 
-    def __init__(self, node: Node, navigation: Navigation, age: Callable[[], float]) -> None:
-        self._node, self._navigation, self._age = node, navigation, age
+    def __init__(
+        self,
+        node: Node,
+        navigation: Navigation,
+        age: Callable[[], float],
+        refusal: Callable[[], str],
+    ) -> None:
+        self._node, self._navigation, self._age, self._refusal = node, navigation, age, refusal
         self._heard = 0  # messages since the last tick
         self._slowest = 0.0  # [s]
         self._twist = STOP
@@ -59,7 +66,8 @@ class Health:
         if listeners:
             vitals = self._vitals()
             if self._status in listeners:
-                self._status.publish(String(data=worded(self._navigation, vitals)))
+                refused = f"; goal refused: {self._refusal()}" if self._refusal() else ""
+                self._status.publish(String(data=worded(self._navigation, vitals) + refused))
             if self._diagnostics in listeners:
                 self._diagnostics.publish(self._diagnosed(vitals))
         self._heard, self._slowest = 0, 0.0
@@ -91,6 +99,7 @@ class Health:
             "clearance [m]": f"{vitals.clearance:.3f}",
             "v [m/s]": f"{vitals.twist.v:.3f}",
             "omega [rad/s]": f"{vitals.twist.omega:.3f}",
+            "goal refused": self._refusal(),
         }
         status = DiagnosticStatus(
             level=level,

@@ -78,7 +78,12 @@ class Navigator(Node):
         self._odometry = self.create_subscription(OdometryMessage, "odom", self._on_odometry, 10)
         self._goals = Goals(self, self._navigation, self._halt)
         self._supervision = Supervision(self, self._navigation, self._halt, self._goals.forget)
-        self._health = Health(self, self._navigation, lambda: self._seconds() - self._heard)
+        self._health = Health(
+            self,
+            self._navigation,
+            lambda: self._seconds() - self._heard,
+            lambda: self._goals.refusal,
+        )
         transform = WorldTransform(self, self._navigation.odometry) if options.publish_tf else None
         self._visuals = Visuals(self, self._navigation, transform)
         self._lidar: Subscription | None = None

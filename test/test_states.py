@@ -142,12 +142,15 @@ def test_a_path_replaces_goal_and_waypoints_or_is_refused_as_a_whole(graph, para
         "at most 100": path([(1.0, 1.0)] * 102, "map"),
         "frame moon": path([(1.0, 1.3)], "moon"),
     }
+    status = graph.listen(String, "status")
     for complaint, message in refused.items():
         paths.publish(message)
         graph.until(lambda complaint=complaint: complaint in drive.words, complaint)
     assert "driving" not in remote.states
+    graph.until(lambda: status and "; goal refused: frame moon" in status[-1].data, "status")
     paths.publish(path([(0.3, 0.0), (0.3, 0.3)], "odom"))
     remote.until("arrived")
+    graph.until(lambda: "refused" not in status[-1].data, "status without it")
     assert list(remote.get("waypoints")) == pytest.approx([1.0, 1.3])
     assert list(remote.get("goal")) == pytest.approx([0.7, 1.3])
     assert robot.distance(0.7, 1.3) <= 0.05
