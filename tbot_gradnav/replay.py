@@ -15,7 +15,7 @@ from tbot_gradnav.odometry import BadOdometryError, Notice, Reading, Route
 from tbot_gradnav.options import Configuration
 from tbot_gradnav.unicycle import STOP, Pose, Twist
 
-CANDIDATES = 3  # a command may still be on its way when the next odometry is recorded
+CANDIDATES = 5  # a command may still be on its way when the next odometry is recorded
 NS = 1e-9
 
 
