@@ -48,13 +48,14 @@ class Bag:
     def _is_used(self, connection: Any) -> bool:
         """Return whether a topic matters here. Raises GradnavError if so, but of another type."""
         name, kind = self._name(connection), connection.msgtype
-        if name not in TOPICS or kind in TOPICS[name]:
-            return name in TOPICS
-        if name in COMMON_NAMES:
+        kinds = TOPICS.get(name, ())
+        if kind in kinds:
+            return True
+        if not kinds or name in COMMON_NAMES:
             return False
         raise GradnavError(
             f"{self._path}: topic {connection.topic} is of type {kind}; must be "
-            + " or ".join(TOPICS[name])
+            + " or ".join(kinds)
         )
 
     def _name(self, connection: Any) -> str:

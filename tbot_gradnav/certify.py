@@ -164,7 +164,8 @@ def overlaps(world: World) -> list[tuple[str, str, float]]:
 def cut_off(world: World) -> float:
     """Return the share of the free area, on a grid, from which there is no way to the goal."""
     x, y = _grid(world, GRIDS[-1])
-    part = components(np.asarray(world.clearance(x, y)) > 0.0)
+    rows = _few_rows(world, x)
+    part = components(np.concatenate([world.clearance(x[few], y[few]) for few in rows]) > 0.0)
     away = np.where(part == NOWHERE, np.inf, np.hypot(x - world.goal[0], y - world.goal[1]))
     home = part.flat[np.argmin(away)]
     return float(np.mean(part[part != NOWHERE] != home))
@@ -247,14 +248,19 @@ def _grid(world: World, side: int) -> tuple[Array, Array]:
 
 
 def _sampled(potential: Potential, x: Array, y: Array) -> tuple[Array, Array, Array]:
-    """Return clearance, g_x and g_y on a grid, a few rows at a time to spare memory."""
+    """Return clearance, g_x and g_y on a grid."""
     out = np.empty((3, *x.shape))
-    rows = max(1, CHUNK // (x.shape[1] * (len(potential.world.obstacles) + 1)))
-    for i in range(0, len(x), rows):
-        part = slice(i, i + rows)
-        field = potential(x[part], y[part])
-        out[:, part] = potential.world.clearance(x[part], y[part]), field.g_x, field.g_y
+    for few in _few_rows(potential.world, x):
+        field = potential(x[few], y[few])
+        out[:, few] = potential.world.clearance(x[few], y[few]), field.g_x, field.g_y
     return out[0], out[1], out[2]
+
+
+def _few_rows(world: World, x: Array) -> Iterator[slice]:
+    """Yield a few rows of a grid at a time, to spare memory."""
+    rows = max(1, CHUNK // (x.shape[1] * (len(world.obstacles) + 1)))
+    for i in range(0, len(x), rows):
+        yield slice(i, i + rows)
 
 
 def _changes_sign(g: Array) -> NDArray[np.bool_]:

@@ -124,8 +124,7 @@ class Navigation:
     def in_background(self) -> None:
         """Make potentials that take long in the background from now on."""
         self._background = True
-        self._prepare(self._leg)
-        self._controller = self._legs[self._leg].seeing(self._sightings.points)
+        self._head_for(self._leg)
 
     def cancel(self) -> None:
         """Give up the goal, whatever the settings say, until others have another."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tbot_gradnav.errors import GradnavError
-from tbot_gradnav.unicycle import Pose, heading
+from tbot_gradnav.unicycle import Pose, has_heading, heading
 
 UNKNOWN = -1
 FREE = 0
@@ -56,7 +56,7 @@ class Occupancy:
                 f"{cells.size} cells are not the {info.width} x {info.height} the map speaks of"
             )
         q_z, q_w = origin.orientation.z, origin.orientation.w
-        turned = math.isfinite(q_z + q_w) and math.hypot(q_z, q_w) > 1e-6
+        turned = math.isfinite(q_z + q_w) and has_heading(q_z, q_w)
         yaw = Pose(0.0, 0.0, *heading(q_z, q_w)).theta if turned else 0.0
         return cls(
             cells.reshape(info.height, info.width),

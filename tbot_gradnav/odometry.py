@@ -9,7 +9,7 @@ import numpy as np
 
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.limits import Limits
-from tbot_gradnav.unicycle import Pose, heading
+from tbot_gradnav.unicycle import Pose, has_heading, heading
 
 FAR = 1e6  # [m] no odometry of a small robot is beyond
 JUMP_DISTANCE = 0.1  # [m] more than twice what the limits allow, plus this, is a jump
@@ -157,7 +157,7 @@ class Odometry:
         norm = math.hypot(goal.q_z, goal.q_w)
         if not norm < LARGEST_NORM:
             raise GradnavError(f"the orientation has norm {norm:g}; must be a quaternion, or zeros")
-        turned = norm > 1e-6
+        turned = has_heading(goal.q_z, goal.q_w)
         pose = Pose(goal.x, goal.y, *(heading(goal.q_z, goal.q_w) if turned else (1.0, 0.0)))
         if goal.frame not in ("", world):
             if goal.frame != odometry:
@@ -218,7 +218,7 @@ def _decoded(reading: Reading) -> Pose:
     if max(abs(reading.x), abs(reading.y)) > FAR:
         raise BadOdometryError(f"odometry is impossibly far away: {_worded(reading)}")
     _, _, q_z, q_w = _scaled(reading)
-    if math.hypot(q_z, q_w) < 1e-6:
+    if not has_heading(q_z, q_w):
         raise BadOdometryError(f"odometry has no heading: {_worded(reading)}")
     return Pose(reading.x, reading.y, *heading(q_z, q_w))
 

@@ -185,7 +185,7 @@ class Numbers:
         """Return the lengths in words."""
         lengths = " or ".join(str(length) for length in self.lengths) or f"n times {self.rows}"
         bound = "" if self.at_most is None else f", n at most {self.at_most}"
-        yaw = ", any yaw at most 12.57 in size" if self.poses else ""
+        yaw = f", any yaw at most {YAW.at_most:g} in size" if self.poses else ""
         return f"must be a list of {lengths} finite numbers{bound}{yaw} [{self.unit}]"
 
     def check(self, name: str, value: object) -> tuple[float, ...]:

@@ -37,10 +37,10 @@ def picture(path: Path | str) -> Path:
     Raises GradnavError where matplotlib is missing, or for a kind of file that it cannot write.
     """
     try:
-        from matplotlib.figure import Figure
+        from matplotlib.backend_bases import FigureCanvasBase
     except ImportError as error:
         raise GradnavError("pictures need matplotlib: pip install tbot_gradnav[plot]") from error
-    kind, kinds = Path(path).suffix.lstrip("."), Figure().canvas.get_supported_filetypes()
+    kind, kinds = Path(path).suffix.lstrip("."), FigureCanvasBase.get_supported_filetypes()
     if kind not in kinds:
         raise GradnavError(f"{path}: no such kind of picture; it must end in .{', .'.join(kinds)}")
     return Path(path)

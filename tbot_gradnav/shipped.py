@@ -19,10 +19,8 @@ def parameter_path(file: str) -> Path:
     path = Path(file)
     if path.exists():
         return path
-    shipped: dict[str, Path] = {}
-    for folder in _folders():
-        for entry in folder.glob("*.yaml"):
-            shipped.setdefault(entry.name, entry)
+    folders = reversed(list(_folders()))  # of two files of a name the nearer
+    shipped = {entry.name: entry for folder in folders for entry in folder.glob("*.yaml")}
     if file in shipped:
         return shipped[file]
     raise GradnavError(

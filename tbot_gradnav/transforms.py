@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Frames of others: goals given in them, and the world's own for others to see."""
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -13,7 +12,7 @@ from rclpy.time import Time
 from tbot_gradnav.errors import GradnavError
 from tbot_gradnav.odometry import GoalPose, Odometry
 from tbot_gradnav.ros import LATCHED
-from tbot_gradnav.unicycle import Pose, heading, quaternion
+from tbot_gradnav.unicycle import Pose, has_heading, heading, quaternion
 
 try:
     from tf2_ros import Buffer, TransformException, TransformListener
@@ -78,7 +77,7 @@ def moved(goal: GoalPose, transform: Any, target: str) -> GoalPose:
     Raises GradnavError for a frame that is upside down, which has no yaw.
     """
     q, shift = transform.rotation, transform.translation
-    if math.hypot(q.z, q.w) < 1e-6:
+    if not has_heading(q.z, q.w):
         raise GradnavError(f"frame {goal.frame} is upside down in {target}")
     place = Pose(shift.x, shift.y, *heading(q.z, q.w)).compose(Pose(goal.x, goal.y, 1.0, 0.0))
     return GoalPose(

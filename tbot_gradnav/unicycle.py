@@ -11,7 +11,7 @@ import numpy as np
 
 from tbot_gradnav.elementwise import Floats, choose
 
-__all__ = ["STOP", "Floats", "Pose", "Twist", "heading", "quaternion", "step"]
+__all__ = ["STOP", "Floats", "Pose", "Twist", "has_heading", "heading", "quaternion", "step"]
 
 
 class Pose(NamedTuple):
@@ -69,6 +69,11 @@ def heading(q_z: Floats, q_w: Floats) -> tuple[Floats, Floats]:
     """
     norm = q_w * q_w + q_z * q_z
     return (q_w * q_w - q_z * q_z) / norm, 2.0 * q_z * q_w / norm
+
+
+def has_heading(q_z: float, q_w: float) -> bool:
+    """Return whether `heading` has anything to go by: both are 0 for a robot on its back."""
+    return math.hypot(q_z, q_w) > 1e-6
 
 
 def quaternion(theta: float) -> tuple[float, float]:

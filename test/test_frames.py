@@ -53,9 +53,9 @@ def goal_in(frame, x, y):
     return message
 
 
-def test_a_goal_in_a_frame_of_tf_waits_for_it_and_is_driven_to(
-    graph, parameter_file, tmp_path, monkeypatch
-):
+@pytest.fixture
+def idle_with_tf(graph, parameter_file, tmp_path, monkeypatch):
+    """Give a robot, its user, an idle navigator that has a tf2_ros, and a publisher of goals."""
     (tmp_path / "tf2_ros.py").write_text(STAND_IN)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     robot, remote = Robot(graph, 0.0, 0.0, 0.0), Remote(graph)
@@ -64,6 +64,11 @@ def test_a_goal_in_a_frame_of_tf_waits_for_it_and_is_driven_to(
     remote.until("idle")
     goals = graph.node.create_publisher(PoseStamped, "goal_pose", 10)
     graph.until(lambda: goals.get_subscription_count() == 1, "navigator")
+    return robot, remote, drive, goals
+
+
+def test_a_goal_in_a_frame_of_tf_waits_for_it_and_is_driven_to(graph, idle_with_tf):
+    robot, remote, drive, goals = idle_with_tf
     goals.publish(goal_in("moon", 1.0, 0.0))
     graph.until(lambda: "goal refused: moon does not exist" in drive.words, "refusal")
     goals.publish(goal_in("moon", 1.0, 0.0))
@@ -74,17 +79,8 @@ def test_a_goal_in_a_frame_of_tf_waits_for_it_and_is_driven_to(
     assert drive.words.count("goal refused") == 1
 
 
-def test_a_goal_that_waits_for_its_frame_can_be_cancelled(
-    graph, parameter_file, tmp_path, monkeypatch
-):
-    (tmp_path / "tf2_ros.py").write_text(STAND_IN)
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    robot, remote = Robot(graph, 0.0, 0.0, 0.0), Remote(graph)
-    file = parameter_file("initial_pose: [0, 0, 0]")
-    drive = graph.start("navigator", "--ros-args", "--params-file", file)
-    remote.until("idle")
-    goals = graph.node.create_publisher(PoseStamped, "goal_pose", 10)
-    graph.until(lambda: goals.get_subscription_count() == 1, "navigator")
+def test_a_goal_that_waits_for_its_frame_can_be_cancelled(graph, idle_with_tf):
+    robot, remote, drive, goals = idle_with_tf
     goals.publish(goal_in("moon", 1.0, 0.0))
     # Goal and service have no common order: a cancel too early says that there is nothing to.
     graph.until(lambda: remote.trigger("cancel")[0], "cancelled")
